@@ -1,0 +1,152 @@
+"""The steps of a run, one command each: ``python -m harness <command> --help``."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from harness.measure.config import Config, ConfigError, find_scene, load_config
+
+
+def _truth(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.truth import truth_scene
+
+    for scene in options.scene or config.scenes:
+        truth_scene(config, scene, options.threads)
+    return 0
+
+
+def _measure(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.job import measure_scene
+
+    for scene in options.scene or config.scenes:
+        measure_scene(config, scene, options.threads)
+    return 0
+
+
+def _tables(config: Config, options: argparse.Namespace) -> int:
+    from harness.tables import write_tables
+
+    write_tables(options.results or config.results_dir)
+    return 0
+
+
+def _report(config: Config, options: argparse.Namespace) -> int:
+    from harness.report import write_report
+
+    write_report(options.results or config.results_dir)
+    return 0
+
+
+def _check(config: Config, options: argparse.Namespace) -> int:
+    from harness.gate import check
+
+    return check(options.results or config.results_dir, config["gate"])
+
+
+def _features(config: Config, options: argparse.Namespace) -> int:
+    from harness.scene import load_scene
+
+    for name in options.scene or config.scenes:
+        scene = load_scene(find_scene(name))
+        size = f"{len(scene.triangles)} triangles, {len(scene.spheres)} spheres"
+        print(f"{scene.name}: {size}; {', '.join(scene.features.names())}")
+    return 0
+
+
+def _available(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.crew import Crew
+
+    with Crew(options.threads, config["timeout_seconds"]) as crew:
+        able = crew.probe(config["tracers"], "path")
+        reasons = {row["tracer"]: row["reason"] for row in crew.rows}
+    for tracer in config["tracers"]:
+        print(f"{tracer:15} {'runs here' if tracer in able else reasons[tracer]}")
+    return 0
+
+
+COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
+    "truth": (_truth, "render the ground truth"),
+    "measure": (_measure, "render and time every tracer"),
+    "tables": (_tables, "write samples.parquet and measurements.csv"),
+    "report": (_report, "write report.html"),
+    "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
+    "features": (_features, "print what scenes require of a tracer"),
+    "available": (_available, "print which tracers this machine can run, and why not the others"),
+}
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return number
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m harness", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name, (_, text) in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text)
+        command.add_argument(
+            "--settings",
+            type=Path,
+            metavar="FILE",
+            help="settings (YAML or JSON) over those of config/quick.yaml",
+        )
+        if name in {"truth", "measure", "features"}:
+            command.add_argument(
+                "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
+            )
+        if name in {"tables", "report", "check"}:
+            command.add_argument(
+                "--results",
+                type=Path,
+                metavar="FOLDER",
+                help="a run's folder, where it is not that of the settings",
+            )
+        if name in {"truth", "measure", "available"}:
+            command.add_argument(
+                "--threads",
+                type=_positive,
+                default=len(os.sched_getaffinity(0)),
+                help="processor threads of a tracer (default: every core)",
+            )
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. Exit codes: 0 done, 1 a verdict or an error, 130 interrupted."""
+    options = _parser().parse_args(arguments)
+    try:
+        config = load_config(options.settings)
+        for scene in getattr(options, "scene", None) or []:
+            if options.command != "features" and scene not in config.scenes:
+                known = ", ".join(config.scenes)
+                raise ConfigError(f"--scene {scene}: the settings name {known}")  # noqa: TRY301
+        return COMMANDS[options.command][0](config, options)
+    except KeyboardInterrupt:
+        print("interrupted; what was complete is kept", file=sys.stderr)
+        return 130
+    except ConfigError as error:
+        return _refuse(error)
+    except _expected_errors() as error:
+        return _refuse(error)
+
+
+def _refuse(error: Exception) -> int:
+    print(f"error: {error}", file=sys.stderr)
+    return 1
+
+
+def _expected_errors() -> tuple[type[Exception], ...]:
+    """Errors whose message is all that a user needs; anything else is a defect and is traced."""
+    from harness.scene import SceneError
+    from harness.tables import ResultsError, SchemaError
+
+    return (SceneError, ResultsError, SchemaError)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,282 @@
+"""The gate: does every tracer's image agree with the ground truth?
+
+Three questions, and all must be answered with yes: is the bias of the image mean proven to be
+small, does no tile of any image differ, is every pixel finite and not negative. A gate on the mean
+alone is blind: compensating local errors of ten per cent pass it.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.statistics.bias import (
+    GATE_LEVEL,
+    Equivalence,
+    Verdict,
+    judge_equivalence,
+    relative_bias,
+)
+from harness.statistics.metrics import Defects, Truth, count_defects
+from harness.statistics.tiles import (
+    FAMILY_LEVEL,
+    TILE,
+    TileTest,
+    compare_tiles,
+    rounding_bound,
+    sidak_level,
+)
+from harness.tables.read import ImageSet, ResultsError, SceneJob, read_jobs
+
+VISIBLE = 0.10
+"""Relative error of the median tile that the tile test must be able to see.
+
+A test without power rejects nothing; that is no pass.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class GateSettings:
+    """What counts as agreement; the section `gate` of a run's settings."""
+
+    delta: float = 0.005
+    """the 90 % interval of the relative bias must lie within plus or minus this"""
+    caustic_delta: float = 0.01
+    """the same where a caustic carries most of the variance in a few pixels"""
+    alpha: float = FAMILY_LEVEL
+    """chance that the tile test rejects a right image anywhere in the whole run"""
+    tile: int = TILE
+    """edge of a tile in pixels"""
+
+
+def settings_of(jobs: list[SceneJob]) -> GateSettings:
+    """The gate's settings as a run's provenance recorded them, defaults where it did not."""
+    return GateSettings(**jobs[0].provenance.get("config", {}).get("gate", {}))
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What the gate says of one tracer on one scene in one model."""
+
+    scene: str
+    model: str
+    tracer: str
+    verdict: Verdict
+    bias: Equivalence | None
+    """None where nothing could be compared"""
+    tiles: TileTest | None
+    tile_verdict: Verdict
+    tile_level: float
+    """p-value below which a tile is rejected"""
+    defects: Defects | None
+    note: str
+    control: bool
+    """True for Mitsuba against its own truth: a check of the statistics, not of a tracer"""
+
+    @property
+    def rejected(self) -> int:
+        """Number of rejected tiles."""
+        return 0 if self.tiles is None else int((self.tiles.p < self.tile_level).sum())
+
+
+@dataclass(frozen=True, slots=True)
+class Absent:
+    """A tracer that was skipped on a scene in a model."""
+
+    scene: str
+    model: str
+    tracer: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    job: SceneJob
+    model: str
+    tracer: str
+    bias: Equivalence | None
+    tiles: TileTest | None
+    defects: Defects | None
+    note: str
+
+
+def _compare(
+    job: SceneJob, model: str, tracer: str, truth: Truth, delta: float, tile: int
+) -> _Comparison:
+    images = job.seeds(model, tracer)
+    note = _failure(images)
+    if images is None or not images.seeds:
+        return _Comparison(job, model, tracer, None, None, None, note or "no images")
+    stack = images.images.astype(np.float64)
+    defects = count_defects(stack)
+    if defects.non_finite or len(images.seeds) < 2:
+        note = note or ("one image" if not defects.non_finite else "pixels are not finite")
+        return _Comparison(job, model, tracer, None, None, defects, note)
+    varies = bool((truth.mean_variance > 0.0).any())
+    if varies and len({image.tobytes() for image in images.images}) < len(images.seeds):
+        note = note or "images of different seeds are equal, so that their spread means nothing"
+    bias = judge_equivalence(relative_bias(stack, truth, GATE_LEVEL), delta, truth.batches.shape[0])
+    tiles = compare_tiles(stack, truth.batches, rounding_bound(images.spp), tile)
+    return _Comparison(job, model, tracer, bias, tiles, defects, note)
+
+
+def _failure(images: ImageSet | None) -> str:
+    if images is None:
+        return ""
+    return f"{len(images.failures)} seeds failed: {images.failures[0]}" if images.failures else ""
+
+
+def _judge(comparison: _Comparison, level: float) -> Judgement:
+    bias, tiles, defects = comparison.bias, comparison.tiles, comparison.defects
+    tile_verdict = Verdict.NOT_ENOUGH_SAMPLES
+    if tiles is not None:
+        if (tiles.p < level).any():
+            tile_verdict = Verdict.FAIL
+        elif not tiles.detectable(level) > VISIBLE:
+            # A black image has no tile of which an error could be a share: nothing differs.
+            tile_verdict = Verdict.PASS
+    verdicts = {bias.verdict if bias else Verdict.NOT_ENOUGH_SAMPLES, tile_verdict}
+    if comparison.note or (defects is not None and defects.any):
+        verdicts.add(Verdict.FAIL)
+    # The worst of them: FAIL before NOT ENOUGH SAMPLES before PASS.
+    worst = max(verdicts, key=list(Verdict).index)
+    return Judgement(
+        scene=comparison.job.name,
+        model=comparison.model,
+        tracer=comparison.tracer,
+        verdict=worst,
+        bias=bias,
+        tiles=tiles,
+        tile_verdict=tile_verdict,
+        tile_level=level,
+        defects=defects,
+        note=comparison.note,
+        control=comparison.tracer.startswith("mitsuba"),
+    )
+
+
+def judge(jobs: list[SceneJob], settings: GateSettings) -> tuple[list[Judgement], list[Absent]]:
+    """Compare every tracer that has images with the truth; list those that were skipped.
+
+    The tiles of all images of `jobs` are one family. Raises ResultsError for missing or damaged
+    files.
+    """
+    comparisons: list[_Comparison] = []
+    absent: list[Absent] = []
+    for job in jobs:
+        bound = settings.caustic_delta if job.caustic else settings.delta
+        for model in job.models:
+            failed = {}
+            for row in job.absent(model):
+                if row.status == "failed":
+                    failed[row.tracer] = row.reason
+                else:
+                    absent.append(Absent(job.name, model, row.tracer, row.reason))
+            tracers = job.tracers(model)
+            truth = job.truth(model) if tracers else None
+            for tracer in dict.fromkeys([*tracers, *failed]):
+                if tracer in failed or truth is None:
+                    note = f"failed: {failed.get(tracer, 'there is no truth')}"
+                    comparisons.append(_Comparison(job, model, tracer, None, None, None, note))
+                else:
+                    comparisons.append(_compare(job, model, tracer, truth, bound, settings.tile))
+    family = sum(c.tiles.p.size for c in comparisons if c.tiles is not None)
+    level = sidak_level(max(family, 1), settings.alpha)
+    return [_judge(comparison, level) for comparison in comparisons], absent
+
+
+def missing_tracers(judgements: list[Judgement], absent: list[Absent]) -> list[str]:
+    """Tracers with images of a model in one scene, but no images and no reason in another."""
+    known = {(row.scene, row.model, row.tracer) for row in [*judgements, *absent]}
+    pairs = dict.fromkeys((scene, model) for scene, model, _ in sorted(known))
+    return [
+        f"{scene} {model} {tracer}: neither images nor a reason why not"
+        for scene, model in pairs
+        for tracer in sorted({row.tracer for row in judgements if row.model == model})
+        if (scene, model, tracer) not in known
+    ]
+
+
+def describe(judgement: Judgement) -> str:
+    """One line: the verdict, and what each of the three questions found."""
+    parts = []
+    bias = judgement.bias
+    if bias is not None:
+        interval = bias.bias
+        text = (
+            f"bias {interval.value:+.3%} [{interval.lower:+.3%}, {interval.upper:+.3%}]"
+            f" within ±{bias.delta:.2%}: {bias.verdict.value}"
+        )
+        if bias.seeds_needed is not None:
+            text += f" (about {bias.seeds_needed} seeds, {bias.batches_needed} batches)"
+        parts.append(text)
+    if judgement.tiles is not None:
+        p, row, column = judgement.tiles.smallest
+        parts.append(
+            f"tiles: smallest p {p:.1e} at row {row}, column {column}, level "
+            f"{judgement.tile_level:.1e}, visible error "
+            f"{judgement.tiles.detectable(judgement.tile_level):.1%}: "
+            f"{judgement.tile_verdict.value}"
+        )
+    if judgement.defects is not None:
+        defects = judgement.defects
+        parts.append(
+            f"pixels: {defects.non_finite} not finite, {defects.negative} negative: "
+            + ("FAIL" if defects.any else "PASS")
+        )
+    if judgement.note:
+        parts.append(judgement.note)
+    name = f"{judgement.scene} {judgement.model} {judgement.tracer}"
+    return f"{judgement.verdict.value:<18} {name:<40} " + "; ".join(parts)
+
+
+def exit_code(judgements: list[Judgement]) -> int:
+    """0 if all pass, 1 if any fails, 2 if samples are missing and nothing fails.
+
+    Mitsuba judged by its own truth can fail, but a sparse sample of it delays no verdict. Nothing
+    judged is a failure.
+    """
+    if not judgements or any(row.verdict is Verdict.FAIL for row in judgements):
+        return 1
+    waiting = [row for row in judgements if row.verdict is not Verdict.PASS and not row.control]
+    return 2 if waiting else 0
+
+
+def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
+    """Print one line a scene, model and tracer, and a summary; returns the exit code.
+
+    gate: `delta`, `caustic_delta`, `alpha` and `tile` as of GateSettings; without it, the settings
+    that the run recorded. 0: all pass. 1: one fails, or there is nothing to judge. 2: not enough
+    samples.
+    """
+    try:
+        jobs = read_jobs(results_dir)
+        settings = settings_of(jobs) if gate is None else GateSettings(**gate)
+        judgements, absent = judge(jobs, settings)
+    except ResultsError as error:
+        print(f"check: {error}", file=sys.stderr)
+        return 1
+    for row in judgements:
+        print(describe(row))
+    for skipped in absent:
+        name = f"{skipped.scene} {skipped.model} {skipped.tracer}"
+        print(f"{'skipped':<18} {name:<40} {skipped.reason}")
+    missing = missing_tracers(judgements, absent)
+    for line in missing:
+        print(f"{Verdict.FAIL.value:<18} {line}")
+    counts = {verdict: sum(row.verdict is verdict for row in judgements) for verdict in Verdict}
+    tiles = sum(row.tiles.p.size for row in judgements if row.tiles is not None)
+    level = next((row.tile_level for row in judgements), math.nan)
+    print(
+        f"{counts[Verdict.PASS]} pass, {counts[Verdict.FAIL] + len(missing)} fail, "
+        f"{counts[Verdict.NOT_ENOUGH_SAMPLES]} not enough samples, {len(absent)} skipped; "
+        f"{tiles} tiles, each tested at {level:.1e} so that all together err with "
+        f"probability {settings.alpha:g}"
+    )
+    return 1 if missing else exit_code(judgements)

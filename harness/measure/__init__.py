@@ -1,0 +1,1 @@
+"""Measurement: one job a scene, one process a tracer, everything kept as files."""

@@ -1,0 +1,169 @@
+"""A run's settings: read, merged over the default preset, checked and typed."""
+
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import best_match
+
+ROOT = Path(__file__).resolve().parents[2]
+DEFAULT_PRESET = ROOT / "config" / "quick.yaml"
+SCHEMA = ROOT / "harness" / "schemas" / "config.schema.yaml"
+DOUBLINGS = 6
+"""Fewer doublings do not tell a slope of -1 from one that flattens."""
+
+
+class ConfigError(Exception):
+    """A setting cannot be used; the message names it and its value."""
+
+
+def find_scene(name: str, root: Path = ROOT) -> Path:
+    """Find a scene: a folder of scenes/ by its name, or a Mitsuba file by its path.
+
+    Raises
+    ------
+    ConfigError
+        There is neither; the message lists the scenes that there are.
+    """
+    folder = root / "scenes" / name
+    if (folder / "scene.xml").is_file():
+        return folder
+    file = Path(name) if Path(name).is_absolute() else root / name
+    if file.suffix == ".xml" and file.is_file():
+        return file.parent if file.name == "scene.xml" else file
+    if (file / "scene.xml").is_file():
+        return file
+    known = sorted(path.parent.name for path in (root / "scenes").glob("*/scene.xml"))
+    raise ConfigError(
+        f"unknown scene {name!r}: neither scenes/{name}/scene.xml nor a Mitsuba file; "
+        f"the scenes are {', '.join(known) or 'none yet'}"
+    )
+
+
+def scene_name(path: Path) -> str:
+    """Name a scene found by `find_scene`: the folder's, or the file's without its ending."""
+    return path.stem if path.suffix == ".xml" else path.name
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """The settings of one run, checked. `values` follows harness/schemas/config.schema.yaml."""
+
+    values: dict[str, Any]
+
+    def __getitem__(self, key: str) -> Any:
+        return self.values[key]
+
+    @property
+    def results_dir(self) -> Path:
+        """Where the run is written."""
+        return ROOT / self.values["results_dir"]
+
+    @property
+    def scenes(self) -> dict[str, Path]:
+        """Name and place of each scene, in the order of the settings."""
+        found = [find_scene(scene) for scene in self.values["scenes"]]
+        return {scene_name(path): path for path in found}
+
+    def scene_dir(self, scene: str) -> Path:
+        """Where the files of one scene's job are written."""
+        return self.results_dir / "scenes" / scene
+
+    def resolution(self, scene: str) -> tuple[int | None, int | None]:
+        """Width and height of a scene's images, None where the scene's own are meant."""
+        own = self.values["scene_settings"].get(scene, {}).get("resolution")
+        width, height = own or self.values.get("resolution") or (None, None)
+        return width, height
+
+    def truth_spp(self, scene: str, model: str) -> int:
+        """Samples a pixel of one batch of the truth."""
+        own = self.values["scene_settings"].get(scene, {}).get("truth_spp", {})
+        return own.get(model, self.values["truth"]["spp"][model])
+
+    def seeds_spp(self, scene: str, model: str, tracer: str) -> int:
+        """Samples a pixel of one of a tracer's independent images."""
+        for own in (
+            self.values["tracer_settings"].get(tracer, {}),
+            self.values["scene_settings"].get(scene, {}),
+        ):
+            if model in own.get("seeds_spp", {}):
+                return own["seeds_spp"][model]
+        return self.values["seeds"]["spp"][model]
+
+    def timing_spp(self, model: str, tracer: str) -> int:
+        """Samples a pixel of a timed render."""
+        own = self.values["tracer_settings"].get(tracer, {}).get("timing_spp", {})
+        return own.get(model, self.values["timing"]["spp"][model])
+
+    def converges(self, tracer: str) -> bool:
+        """Whether a tracer takes part in the convergence images."""
+        return self.values["tracer_settings"].get(tracer, {}).get("convergence", True)
+
+
+def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Merge settings as Snakemake merges its config files: mappings key by key, the rest whole."""
+    merged = deepcopy(dict(base))
+    for key, value in changes.items():
+        if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
+            merged[key] = merge(merged[key], value)
+        else:
+            merged[key] = deepcopy(value)
+    return merged
+
+
+def check_config(values: Mapping[str, Any]) -> Config:
+    """Check settings and fill in what they leave out.
+
+    Raises
+    ------
+    ConfigError
+        The first setting that is impossible, with its place and value.
+    """
+    schema = yaml.safe_load(SCHEMA.read_text())
+    error = best_match(Draft202012Validator(schema).iter_errors(dict(values)))
+    if error is not None:
+        place = ".".join(str(part) for part in error.absolute_path) or "the settings"
+        raise ConfigError(f"config: {place}: {error.message}")
+    checked = deepcopy(dict(values))
+    for key, default in (("miniature", False), ("timeout_seconds", 900.0)):
+        checked.setdefault(key, default)
+    for key in ("scene_settings", "tracer_settings"):
+        checked.setdefault(key, {})
+    checked["truth"].setdefault("seed", 1_000_000)
+    if isinstance(checked["scenes"], str):
+        checked["scenes"] = [checked["scenes"]]
+    if not checked["miniature"]:
+        doublings = checked["convergence"]["doublings"]
+        if doublings < DOUBLINGS:
+            raise ConfigError(
+                f"config: convergence.doublings: {doublings} is less than {DOUBLINGS}, "
+                "unless `miniature: true`"
+            )
+    config = Config(checked)
+    if len(config.scenes) < len(checked["scenes"]):
+        raise ConfigError("config: scenes: two of them have the same name")
+    return config
+
+
+def load_config(path: Path | None = None) -> Config:
+    """Read settings from a YAML or JSON file, over those of config/quick.yaml.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read, or a setting in it cannot be used.
+    """
+    values = yaml.safe_load(DEFAULT_PRESET.read_text())
+    if path is not None:
+        try:
+            changes = yaml.safe_load(path.read_text())
+        except (OSError, yaml.YAMLError) as error:
+            raise ConfigError(f"{path}: {error}") from error
+        if not isinstance(changes, dict):
+            raise ConfigError(f"{path}: not a mapping of settings")
+        values = merge(values, changes)
+    return check_config(values)

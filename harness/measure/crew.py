@@ -1,0 +1,111 @@
+"""The worker processes of one scene's job: started when first needed, replaced when they die."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from harness.measure.messages import Loaded, Ready, Render
+from harness.measure.worker import TracerFailedError, TracerRefusedError, Worker
+from harness.scene import RenderSettings
+from harness.tracers.base import RenderResult
+from harness.tracers.registry import TRACERS
+
+
+class Crew:
+    """One worker process a tracer, and what became of those that cannot go on.
+
+    Parameters
+    ----------
+    threads
+        Processor threads of every tracer. Only one renders at a time.
+    timeout
+        Seconds that one request may take.
+    """
+
+    def __init__(self, threads: int, timeout: float) -> None:
+        self.threads = threads
+        self.timeout = timeout
+        self.rows: list[dict[str, str]] = []
+        self._workers: dict[str, Worker] = {}
+        self._ready: dict[str, Ready] = {}
+        self._refused: dict[str, str] = {}
+        self._out: set[tuple[str, str]] = set()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        for worker in self._workers.values():
+            worker.close()
+
+    def drop(self, tracer: str, model: str, status: str, reason: str) -> None:
+        """Note that a tracer takes no further part in a model, and why."""
+        self._out.add((tracer, model))
+        self.rows.append({"tracer": tracer, "model": model, "status": status, "reason": reason})
+
+    def _fail(self, tracer: str, model: str, error: TracerFailedError) -> None:
+        # Whatever state the process is in, nothing more is asked of it.
+        worker = self._workers.pop(tracer, None)
+        if worker is not None:
+            worker.close()
+        self.drop(tracer, model, "failed", str(error))
+
+    def takes_part(self, tracer: str, model: str) -> bool:
+        """Whether a tracer has neither been refused nor failed in a model."""
+        return (tracer, model) not in self._out
+
+    def _worker(self, tracer: str) -> Worker:
+        worker = self._workers.get(tracer)
+        if worker is None:
+            worker = Worker(tracer, TRACERS[tracer], self.threads, self.timeout)
+            self._workers[tracer] = worker
+        return worker
+
+    def probe(self, tracers: Iterable[str], model: str) -> dict[str, Ready]:
+        """Find which tracers can run on this machine in a model; drop the others."""
+        able = {}
+        for tracer in tracers:
+            try:
+                if tracer in self._refused:
+                    raise TracerRefusedError(self._refused[tracer])  # noqa: TRY301
+                if tracer not in self._ready:
+                    self._ready[tracer] = self._worker(tracer).probe()
+                ready = self._ready[tracer]
+            except TracerRefusedError as refusal:
+                self._refused[tracer] = str(refusal)
+                self.drop(tracer, model, "skipped", str(refusal))
+                if tracer in self._workers:
+                    self._workers.pop(tracer).close()
+            except TracerFailedError as error:
+                self._fail(tracer, model, error)
+            else:
+                if model in ready.models:
+                    able[tracer] = ready
+                else:
+                    names = ", ".join(sorted(ready.models))
+                    self.drop(tracer, model, "skipped", f"compared in the model {names} only")
+        return able
+
+    def load(self, tracer: str, scene_path: Path, settings: RenderSettings) -> Loaded | None:
+        """Make a scene ready; None, and the tracer dropped, where that is not possible."""
+        try:
+            return self._worker(tracer).load(scene_path, settings)
+        except TracerRefusedError as refusal:
+            self.drop(tracer, settings.model, "skipped", str(refusal))
+        except TracerFailedError as error:
+            self._fail(tracer, settings.model, error)
+        return None
+
+    def render(self, tracer: str, model: str, request: Render) -> RenderResult | None:
+        """Render once; None, and the tracer dropped, where that fails."""
+        try:
+            return self._workers[tracer].render(request)
+        except TracerFailedError as error:
+            self._fail(tracer, model, error)
+        return None

@@ -1,0 +1,167 @@
+"""One scene's job: every tracer in every model, in turn, while nothing else runs.
+
+Each image is a file that is complete or not there, and so is each table of times. A job that was
+interrupted goes on from those whose key says that they are still what is wanted.
+"""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from harness.measure.book import TimeBook
+from harness.measure.config import Config
+from harness.measure.crew import Crew
+from harness.measure.files import keep_only, read_json, remove_partial, write_json
+from harness.measure.model_job import ModelJob, Share
+from harness.measure.plan import (
+    plan_convergence,
+    plan_packets,
+    plan_seeds,
+    plan_timing,
+    subject_of,
+)
+from harness.measure.progress import Progress
+from harness.measure.provenance import provenance
+from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
+
+SUMMARY = "measured.json"
+"""Written last: that it is there says that the job is complete."""
+
+
+def _shares(
+    config: Config, crew: Crew, scene: Scene, settings: RenderSettings, *, recentre: bool
+) -> list[Share]:
+    """Plan the whole work of every tracer that this machine can run in a model."""
+    shares = []
+    for tracer, ready in crew.probe(config["tracers"], settings.model).items():
+        subject = subject_of(scene, tracer, settings, crew.threads, recentre=recentre)
+        shares.append(
+            Share(
+                subject=subject,
+                ready=ready,
+                timing=plan_timing(config, subject),
+                seeds=plan_seeds(config, subject),
+                convergence=plan_convergence(config, subject),
+                packets=plan_packets(config, subject, ready.engines),
+            )
+        )
+    return shares
+
+
+def _describe(scene: Scene, settings: Settings, size: tuple[int, int]) -> dict[str, Any]:
+    return {
+        "name": scene.name,
+        "title": settings.title,
+        "sha256": scene.sha256,
+        "features": list(scene.features.names()),
+        "settings": asdict(settings),
+        "caustic": settings.caustic,
+        "resolution": list(size),
+        "triangles": len(scene.triangles),
+        "spheres": len(scene.spheres),
+        "shapes": len(scene.shapes),
+        "lights": len(scene.lights),
+    }
+
+
+def measure_scene(config: Config, name: str, threads: int) -> Path:
+    """Render and time everything that the settings ask for in one scene.
+
+    Parameters
+    ----------
+    config
+        The run's settings.
+    name
+        One of its scenes.
+    threads
+        Processor threads of every tracer; one tracer renders at a time.
+
+    Returns
+    -------
+    Path
+        The summary, written last.
+
+    Raises
+    ------
+    harness.scene.SceneError
+        The scene cannot be imported.
+    """
+    scene_path = config.scenes[name]
+    folder = config.scene_dir(name)
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_partial(folder)
+    progress = Progress(name)
+    settings = load_settings(scene_path)
+    width, height = config.resolution(name)
+    models = [model for model in config["models"] if model in settings.models]
+    renders = {model: settings.render(model, width=width, height=height) for model in models}
+    scene = load_scene(scene_path, width=width, height=height, recentre=settings.recentre)
+    write_json(folder / "provenance.json", provenance(config, scene, threads))
+
+    seconds: dict[str, float] = {}
+    hashes: dict[str, str] = (read_json(folder / "scene.json") or {}).get("hashes", {})
+    with Crew(threads, config["timeout_seconds"]) as crew:
+        for model in config["models"]:
+            if model not in models:
+                for tracer in config["tracers"]:
+                    crew.drop(tracer, model, "skipped", "not among the models of the scene")
+        plans = {
+            model: _shares(config, crew, scene, renders[model], recentre=settings.recentre)
+            for model in models
+        }
+        shares = [share for plan in plans.values() for share in plan]
+        book = TimeBook(folder)
+        book.keep_only(
+            {time.key for share in shares for time in share.times},
+            {share.subject.key for share in shares},
+        )
+        for kind in ("seeds", "convergence"):
+            keep_only(
+                folder / kind,
+                {folder / image.stem for share in shares for image in share.images},
+            )
+        todo = {model: [share.left(folder, book) for share in plans[model]] for model in models}
+        planned = sum(len(share) for share in shares)
+        progress.total = sum(len(share) for plan in todo.values() for share in plan)
+        progress.say(
+            f"{planned} renders planned, {planned - progress.total} there already, "
+            f"{len(models)} models, {len({share.subject.tracer for share in shares})} tracers, "
+            f"{threads} threads"
+        )
+        for model in models:
+            start = progress.elapsed
+            job = ModelJob(crew, progress, book, folder, scene_path, renders[model])
+            for loaded in job.run(todo[model]).values():
+                hashes |= loaded.hashes
+            seconds[model] = progress.elapsed - start
+        rows = crew.rows
+    for row in rows:
+        progress.say(f"{row['model']} {row['tracer']} {row['status']}: {row['reason']}")
+    size = next(((one.width, one.height) for one in renders.values()), (0, 0))
+    description = _describe(scene, settings, size)
+    write_json(
+        folder / "scene.json",
+        {**description, **hashes, "hashes": hashes, "films": book.films()},
+    )
+    write_json(folder / "skipped.json", rows)
+    book.save()
+    _say_budget(config, progress)
+    summary = folder / SUMMARY
+    write_json(
+        summary,
+        {
+            "scene": name,
+            "threads": threads,
+            "seconds": seconds,
+            "renders": progress.done,
+            "planned": planned,
+            "failed": [row for row in rows if row["status"] == "failed"],
+        },
+    )
+    return summary
+
+
+def _say_budget(config: Config, progress: Progress) -> None:
+    budget = config.values.get("budget_seconds")
+    share = f", of {budget / len(config.scenes):.0f} s planned for a scene" if budget else ""
+    progress.say(f"{progress.done} renders in {progress.elapsed:.0f} s{share} (truth apart)")

@@ -1,0 +1,68 @@
+"""What a parent and its worker processes say to each other."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from harness.scene import RenderSettings
+from harness.tracers.base import RenderResult
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """Ask whether the tracer can run on this machine. Answered by `Ready` or `Refused`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """Make a scene ready. Answered by `Loaded` or `Refused`."""
+
+    scene_path: Path
+    settings: RenderSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Render:
+    """Render the loaded scene once. Answered by a `RenderResult`."""
+
+    seed: int
+    spp: int
+    engine: str = "depth_first"
+    options: Mapping[str, object] = field(default_factory=dict)
+    count_rays: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The tracer can run; what it says of itself."""
+
+    models: frozenset[str]
+    engines: tuple[str, ...]
+    precision: str
+    warm_ups: int
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """The scene is ready: split times and sizes, named with their units, and hashes."""
+
+    times: dict[str, float]
+    hashes: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The machine lacks something, or the tracer does not support the scene."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The tracer raised; its process is about to end."""
+
+    message: str
+
+
+Request = Probe | Load | Render
+Answer = Ready | Loaded | Refused | Failed | RenderResult

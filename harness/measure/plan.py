@@ -1,0 +1,135 @@
+"""Every render of a scene's job, fixed before the first of them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from itertools import zip_longest
+from pathlib import Path
+from typing import TypeVar
+
+from harness.measure.config import Config
+from harness.measure.files import key_of
+from harness.measure.messages import Render
+from harness.measure.provenance import CONVERGENCE_SEED, tracer_code
+from harness.scene import RenderSettings, Scene
+
+Planned = TypeVar("Planned")
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """One tracer on one scene in one model, and a hash of all that its images depend on."""
+
+    scene: str
+    tracer: str
+    model: str
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedImage:
+    """An image to be kept. `stem` is its file without an ending, relative to the scene's folder."""
+
+    subject: Subject
+    stem: Path
+    request: Render
+
+    @property
+    def key(self) -> str:
+        """Equal for equal images."""
+        return key_of({"subject": self.subject.key, "request": asdict(self.request)})
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedTime:
+    """A render to be timed."""
+
+    subject: Subject
+    request: Render
+    repeat: int
+
+    @property
+    def key(self) -> str:
+        """Equal for repeats of the same row of timing.json."""
+        return key_of(
+            {
+                "subject": self.subject.key,
+                "request": asdict(self.request),
+                "repeat": self.repeat,
+            }
+        )
+
+
+def subject_of(
+    scene: Scene, tracer: str, settings: RenderSettings, threads: int, *, recentre: bool
+) -> Subject:
+    """Name a tracer on a scene, with the hash of scene, settings, code and number of threads."""
+    key = key_of(
+        {
+            "scene": scene.sha256,
+            "recentre": recentre,
+            "tracer": tracer,
+            "settings": asdict(settings),
+            "code": tracer_code(tracer),
+            "threads": threads,
+        }
+    )
+    return Subject(scene=scene.name, tracer=tracer, model=settings.model, key=key)
+
+
+def plan_seeds(config: Config, subject: Subject) -> list[PlannedImage]:
+    """List the independent images of a tracer."""
+    spp = config.seeds_spp(subject.scene, subject.model, subject.tracer)
+    folder = Path("seeds") / subject.model / subject.tracer
+    return [
+        PlannedImage(subject, folder / f"seed_{seed:03d}", Render(seed=seed, spp=spp))
+        for seed in range(config["seeds"]["count"])
+    ]
+
+
+def plan_convergence(config: Config, subject: Subject) -> list[PlannedImage]:
+    """List the images at doubling sample counts; the seeds of one count are those of no other."""
+    if not config.converges(subject.tracer):
+        return []
+    folder = Path("convergence") / subject.model / subject.tracer
+    seeds = config["convergence"]["seeds"]
+    return [
+        PlannedImage(
+            subject,
+            folder / f"spp_{2**doubling}_seed_{index}",
+            Render(seed=CONVERGENCE_SEED + 1000 * doubling + index, spp=2**doubling),
+        )
+        for doubling in range(config["convergence"]["doublings"] + 1)
+        for index in range(seeds)
+    ]
+
+
+def plan_timing(config: Config, subject: Subject) -> list[PlannedTime]:
+    """List the timed renders of a tracer's own engine: one seed, many repeats."""
+    spp = config.timing_spp(subject.model, subject.tracer)
+    return [
+        PlannedTime(subject, Render(seed=0, spp=spp), repeat)
+        for repeat in range(config["timing"]["repeats"])
+    ]
+
+
+def plan_packets(config: Config, subject: Subject, engines: Sequence[str]) -> list[PlannedTime]:
+    """List the sweep of packet sizes: every size and order once before any of them again."""
+    sweep = config["packets"]
+    if "packets" not in engines or subject.model not in sweep["models"]:
+        return []
+    cases = [
+        {"packet": size, "order": order} for size in sweep["sizes"] for order in sweep["orders"]
+    ]
+    return [
+        PlannedTime(
+            subject, Render(seed=0, spp=sweep["spp"], engine="packets", options=case), repeat
+        )
+        for repeat in range(sweep["repeats"])
+        for case in cases
+    ]
+
+
+def in_turn(plans: Sequence[Sequence[Planned]]) -> Iterator[Planned]:
+    """Take one from each plan, then the next from each: A B C A B C, until all are used up."""
+    for together in zip_longest(*plans):
+        yield from (one for one in together if one is not None)

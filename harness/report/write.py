@@ -1,0 +1,180 @@
+"""Writer of the report: report.html, figures/*.svg and tables/*.csv."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from matplotlib.figure import Figure
+
+from harness.gate import judge, settings_of
+from harness.report.agreement_figure import plot_agreement
+from harness.report.figures import plot_convergence, plot_packets, plot_plane
+from harness.report.gallery import make_strip
+from harness.report.style import colour_of, save_svg
+from harness.report.summary import (
+    collect_facts,
+    explain_gate,
+    make_matrix,
+    reproduce,
+    summarise,
+    warn_of_load,
+)
+from harness.report.tables import (
+    Table,
+    absence_table,
+    error_table,
+    packets_table,
+    speed_table,
+    times_table,
+    verdict_table,
+)
+from harness.tables.lookup import read_measurements
+from harness.tables.read import SceneJob, read_jobs
+from harness.tables.write import merge_provenance
+
+HERE = Path(__file__).resolve().parent
+CAPTIONS = HERE.parent / "captions"
+
+
+@dataclass(frozen=True, slots=True)
+class Embedded:
+    """A figure inside the page."""
+
+    title: str
+    svg: str
+    caption: str
+
+
+def _embed(svg: str, prefix: str) -> str:
+    """Make an SVG file part of a page: no prologue, and ids that no other figure has."""
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', body)
+    body = re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", body)
+    return re.sub(r'href="#([^"]+)"', rf'href="#{prefix}-\1"', body)
+
+
+def read_captions() -> dict[str, str]:
+    """The texts of harness/captions, by name."""
+    return {path.stem: path.read_text().strip() for path in sorted(CAPTIONS.glob("*.rst"))}
+
+
+@dataclass
+class _Figures:
+    folder: Path
+    names: list[str]
+
+    def add(self, name: str, figure: Figure | None, title: str, caption: str) -> Embedded | None:
+        if figure is None:
+            return None
+        path = self.folder / f"{name}.svg"
+        save_svg(figure, path)
+        self.names.append(path.name)
+        return Embedded(title, _embed(path.read_text(), name), caption)
+
+
+def _detail(job: SceneJob) -> str:
+    parts = [f"{job.width} × {job.height}"]
+    for noun in ("triangles", "spheres"):
+        count = job.description.get(noun)
+        if count:
+            parts.append(f"{count:,} {noun}")
+    return ", ".join([*parts, *(["caustic"] if job.caustic else [])])
+
+
+def _write_csv(folder: Path, tables: list[Table | None]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for table in tables:
+        if table is not None:
+            path = folder / f"{table.name}.csv"
+            table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
+
+
+def write_report(results_dir: Path) -> Path:
+    """Write report.html with its figures and tables beside it; returns its path.
+
+    Reads measurements.csv, which the tables' writer must have written before, and the images of the
+    scene jobs. The page needs no other file; links lead to the CSV and SVG files beside it. Raises
+    ResultsError for missing or damaged files.
+    """
+    jobs = read_jobs(results_dir)
+    measurements = read_measurements(results_dir / "measurements.csv")
+    settings = settings_of(jobs)
+    judgements, absent = judge(jobs, settings)
+    provenance = merge_provenance(jobs)
+    captions = read_captions()
+    figures = _Figures(results_dir / "figures", [])
+    panels = [(job.name, model) for job in jobs for model in job.models]
+    scenes = [
+        {
+            "title": job.title,
+            "detail": _detail(job),
+            "strips": [
+                strip
+                for model in job.models
+                if (strip := make_strip(job, model, judgements, settings.tile)) is not None
+            ],
+        }
+        for job in jobs
+    ]
+    convergence = [
+        figures.add(
+            f"convergence-{job.name}",
+            plot_convergence(measurements, job.name, job.models),
+            job.title,
+            "",
+        )
+        for job in jobs
+    ]
+    planes = [
+        figures.add(
+            f"plane-{job.name}", plot_plane(measurements, job.name, job.models), job.title, ""
+        )
+        for job in jobs
+    ]
+    tables = {
+        "verdicts": verdict_table(judgements),
+        "skipped": absence_table(absent),
+        "speed": speed_table(measurements, jobs),
+        "errors": error_table(measurements, jobs),
+        "sweep": packets_table(measurements, jobs),
+        "times": times_table(measurements, jobs),
+    }
+    _write_csv(results_dir / "tables", list(tables.values()))
+    environment = Environment(
+        loader=FileSystemLoader(HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    page = environment.get_template("page.html.j2").render(
+        title="Haste: what speed costs in accuracy",
+        subtitle=f"Ray tracers against a ground truth. Run “{provenance['run']}”.",
+        css=(HERE / "page.css").read_text(),
+        colour=colour_of,
+        summary=summarise(jobs, judgements, absent, measurements),
+        question=explain_gate(settings, judgements),
+        warning=warn_of_load(jobs),
+        matrix=make_matrix(jobs, judgements, absent),
+        agreement=figures.add(
+            "agreement", plot_agreement(judgements), "Agreement", captions["agreement"]
+        ),
+        scenes=scenes,
+        captions=captions,
+        convergence=[figure for figure in convergence if figure],
+        packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
+        planes=[figure for figure in planes if figure],
+        facts=collect_facts(provenance, jobs),
+        provenance=json.dumps(provenance, indent=1, sort_keys=True),
+        commands=reproduce(provenance, jobs),
+        figure_names=figures.names,
+        footer="Made by Haste from measurements.csv and the images of the run.",
+        **tables,
+    )
+    path = results_dir / "report.html"
+    path.write_text(page)
+    return path

@@ -1,0 +1,46 @@
+"""What the rules share: the checked settings, and the files that a result depends on."""
+
+import json
+import sys
+
+from snakemake.exceptions import WorkflowError
+
+# Snakemake has the folder of the Snakefile on its path only while it reads it from there.
+sys.path.insert(0, workflow.basedir)
+
+from harness.measure.config import ConfigError, check_config
+from harness.measure.inputs import package_sources, scene_files, tracing_sources
+
+try:
+    SETTINGS = check_config(config)
+except ConfigError as error:
+    raise WorkflowError(str(error)) from None
+
+RESULTS = SETTINGS["results_dir"].rstrip("/")
+SCENES = list(SETTINGS.scenes)
+SCENE_FILES = scene_files(SETTINGS)
+PYTHON = sys.executable
+
+
+wildcard_constraints:
+    scene="|".join(SCENES),
+
+
+localrules:
+    settings,
+
+
+rule settings:
+    output:
+        f"{RESULTS}/settings.json",
+    log:
+        f"{RESULTS}/logs/settings.log",
+    conda:
+        "../envs/haste.yaml"
+    params:
+        run=SETTINGS["preset"],
+        values=json.dumps(SETTINGS.values, sort_keys=True),
+    message:
+        "Settings of the run {params.run}"
+    shell:
+        "printf '%s\\n' {params.values:q} > {output:q} 2> {log:q}"

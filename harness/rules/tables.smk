@@ -1,0 +1,24 @@
+"""The two tables of a run, from the files of all its scenes."""
+
+
+rule tables:
+    input:
+        truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
+        measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
+        settings=f"{RESULTS}/settings.json",
+        sources=package_sources(
+            "harness/statistics", "harness/tables", "harness/schemas"
+        ),
+    output:
+        f"{RESULTS}/samples.parquet",
+        f"{RESULTS}/measurements.csv",
+    log:
+        f"{RESULTS}/logs/tables.log",
+    conda:
+        "../envs/haste.yaml"
+    params:
+        python=PYTHON,
+    message:
+        "Tables of the run"
+    shell:
+        "{params.python:q} -m harness tables --settings {input.settings:q} 2>&1 | tee -i {log:q}"

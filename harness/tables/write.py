@@ -1,0 +1,100 @@
+"""Writer of samples.parquet, measurements.csv and provenance.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from harness.statistics.intervals import Interval
+from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
+from harness.tables.read import SceneJob, read_jobs
+from harness.tables.schema import Recorder
+from harness.tables.times import (
+    group_times,
+    headline,
+    record_efficiency,
+    record_ratios,
+    record_times,
+)
+
+
+def tile_size(job: SceneJob) -> int:
+    """Edge of the tiles of a run's tile test, from its settings."""
+    return int(job.provenance.get("config", {}).get("gate", {}).get("tile", 8))
+
+
+def record_job(recorder: Recorder, job: SceneJob) -> None:
+    """Record everything that one scene's job has measured, skipped or failed to do."""
+    times = group_times(job)
+    record_times(recorder, job, times)
+    record_ratios(recorder, job, times)
+    timed = headline(times)
+    for model in job.models:
+        for absence in job.absent(model):
+            recorder.measure(
+                subject_of(job, model, absence.tracer),
+                "relative_bias",
+                Interval(math.nan, math.nan, math.nan, 0),
+                status=absence.status,
+                note=absence.reason,
+            )
+        # What a tracer rendered before it failed is kept as files, but measures nothing.
+        failed = {row.tracer for row in job.absent(model) if row.status == "failed"}
+        tracers = [tracer for tracer in job.tracers(model) if tracer not in failed]
+        if not tracers:
+            continue
+        truth = job.truth(model)
+        record_truth(recorder, job, model, truth)
+        for tracer in tracers:
+            subject = subject_of(job, model, tracer)
+            images = job.seeds(model, tracer)
+            if images is not None and images.seeds:
+                record_seeds(recorder, subject, images, truth, tile_size(job))
+                own = timed.get((model, tracer))
+                if own is not None:
+                    record_efficiency(recorder, job, model, tracer, (images, truth, own))
+            sets = job.convergence(model, tracer)
+            if sets:
+                record_convergence(recorder, subject, sets, truth)
+
+
+def merge_provenance(jobs: list[SceneJob]) -> dict[str, Any]:
+    """Join the provenance of the scenes: what they share once, what differs by scene."""
+    first = jobs[0].provenance
+    shared = {
+        key: value
+        for key, value in first.items()
+        if all(key in job.provenance and job.provenance[key] == value for job in jobs)
+    }
+    return {
+        "run": jobs[0].run,
+        **shared,
+        "scenes": {
+            job.name: {k: v for k, v in job.provenance.items() if k not in shared} for job in jobs
+        },
+    }
+
+
+def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
+    """Write samples.parquet, measurements.csv and provenance.json; returns their paths.
+
+    Raises ResultsError for missing or damaged files, SchemaError for a name that the closed lists
+    do not know.
+    """
+    jobs = read_jobs(results_dir)
+    recorder = Recorder()
+    for job in jobs:
+        record_job(recorder, job)
+    samples, measurements = recorder.frames()
+    paths = (
+        results_dir / "samples.parquet",
+        results_dir / "measurements.csv",
+        results_dir / "provenance.json",
+    )
+    samples.to_parquet(paths[0], index=False)
+    measurements.to_csv(paths[1], index=False, float_format="%.9g", lineterminator="\n")
+    text = json.dumps(merge_provenance(jobs), indent=1, sort_keys=True)
+    paths[2].write_text(text + "\n")
+    return paths

@@ -1,0 +1,138 @@
+"""The interface that every tracer under test implements."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.scene import RenderSettings
+
+NO_OPTIONS: Mapping[str, object] = MappingProxyType({})
+
+
+class UnsupportedError(Exception):
+    """A tracer cannot render this scene or model, and says why: a skipped row, not a defect."""
+
+
+@dataclass(frozen=True, slots=True)
+class RayCounts:
+    """Live rays traced in one render, by class; dead or padded lanes do not count."""
+
+    camera: int
+    shadow: int
+    ambient: int
+    bounce: int
+
+    @property
+    def total(self) -> int:
+        """All rays."""
+        return self.camera + self.shadow + self.ambient + self.bounce
+
+
+@dataclass(frozen=True, slots=True)
+class RenderResult:
+    """What one render gave.
+
+    Attributes
+    ----------
+    image
+        float64 [height, width, 3], linear RGB radiance, the mean over the samples of a pixel.
+    seconds
+        Wall-clock time of tracing alone, [s]: no loading, building, compiling or copying of images.
+    rays
+        Counts of live rays, where they were asked for and the tracer can count.
+    film_sha256
+        Hash of the film's integers, where the tracer promises them bit for bit.
+    extras
+        Further numbers, named with their units (``peak_queue_bytes``).
+    """
+
+    image: NDArray[np.float64]
+    seconds: float
+    rays: RayCounts | None = None
+    film_sha256: str | None = None
+    extras: dict[str, float] = field(default_factory=dict)
+
+
+class Tracer(ABC):
+    """One tracer, living in a process of its own.
+
+    A subclass is importable on every machine: what it needs is imported in `unavailable`, `load`
+    and `render`, never at the top of its module.
+
+    Attributes
+    ----------
+    name
+        The key of the registry.
+    models
+        Lighting models in which it is compared with others.
+    engines
+        How it can schedule its rays; the first is the one of images and of the headline's times.
+    precision
+        The arithmetic it promises.
+    warm_ups
+        Untimed renders before the first timed one.
+    """
+
+    name: ClassVar[str]
+    models: ClassVar[frozenset[str]]
+    engines: ClassVar[tuple[str, ...]] = ("depth_first",)
+    precision: ClassVar[str]
+    warm_ups: ClassVar[int] = 1
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+        self.hashes: dict[str, str] = {}
+        """Hashes of what `load` made, by name (``bvh_sha256``)."""
+
+    @classmethod
+    @abstractmethod
+    def unavailable(cls) -> str | None:
+        """Why this machine cannot run the tracer, and what would mend that; None if it can."""
+
+    @abstractmethod
+    def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
+        """Make a scene ready to render, replacing the one before.
+
+        Returns
+        -------
+        dict
+            Split times and sizes, named with their units: ``load_seconds``, ``build_seconds``,
+            ``upload_seconds``, ``compile_seconds``, ``bvh_bytes``.
+
+        Raises
+        ------
+        UnsupportedError
+            The tracer cannot render this scene or model.
+        """
+
+    @abstractmethod
+    def render(
+        self,
+        seed: int,
+        spp: int,
+        *,
+        engine: str = "depth_first",
+        options: Mapping[str, object] = NO_OPTIONS,
+        count_rays: bool = False,
+    ) -> RenderResult:
+        """Render the loaded scene once.
+
+        Parameters
+        ----------
+        seed
+            Seed of the generator; renders of different seeds are independent.
+        spp
+            Samples a pixel.
+        engine
+            One of `engines`.
+        options
+            The engine's settings: ``packet``, ``order``, ``block``.
+        count_rays
+            Count rays, which may cost time; never set in a timed render.
+        """

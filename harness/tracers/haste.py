@@ -1,0 +1,224 @@
+"""Haste on the GPU and on the CPU, and Haste's models on Embree's traversal."""
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from harness.scene import RenderSettings, Scene, SceneError, check_model, load_scene, load_settings
+from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
+
+MODELS = frozenset({"path", "haste", "whitted"})
+EXTENSION_MISSING = (
+    "the compiled extension haste_cuda._core cannot be imported ({reason}); "
+    "`./bench setup` builds it"
+)
+
+
+def to_core(scene: Scene, threads: int) -> Any:
+    """Convert an imported scene to the extension's, building its BVH.
+
+    Parameters
+    ----------
+    scene
+        The imported scene.
+    threads
+        Threads of the BVH builder; the tree is the same at any number.
+
+    Returns
+    -------
+    haste_cuda.Scene
+    """
+    import haste_cuda
+
+    camera = scene.camera
+    return haste_cuda.Scene(
+        vertices=scene.vertices,
+        normals=scene.normals,
+        triangles=scene.triangles,
+        triangle_shape=scene.triangle_shape,
+        spheres=scene.spheres,
+        sphere_shape=scene.sphere_shape,
+        shapes=[
+            haste_cuda.Shape(
+                kind=shape.kind,
+                material=shape.material,
+                light=shape.light,
+                first=shape.first,
+                count=shape.count,
+                smooth=shape.smooth,
+                flip_normals=shape.flip_normals,
+            )
+            for shape in scene.shapes
+        ],
+        materials=[
+            haste_cuda.Material(
+                kind=material.kind,
+                diffuse=material.diffuse,
+                specular=material.specular,
+                ambient=material.ambient,
+                exponent=material.exponent,
+                reflection=material.reflection,
+                transmission=material.transmission,
+                ior=material.ior,
+                twosided=material.twosided,
+            )
+            for material in scene.materials
+        ],
+        lights=[(light.shape, light.radiance) for light in scene.lights],
+        camera=haste_cuda.Camera(
+            origin=camera.origin,
+            corner=camera.corner,
+            dx=camera.dx,
+            dy=camera.dy,
+            near=camera.near,
+            width=camera.width,
+            height=camera.height,
+        ),
+        environment=scene.environment,
+        threads=threads,
+    )
+
+
+def to_core_settings(settings: RenderSettings) -> Any:
+    """Convert render settings to the extension's, which takes the model apart from them."""
+    import haste_cuda
+
+    return haste_cuda.Settings(
+        max_depth=settings.max_depth,
+        rr_depth=settings.rr_depth,
+        max_layers=settings.max_layers,
+        light_samples=settings.light_samples,
+        ambient_samples=settings.ambient_samples,
+        ambient=settings.ambient,
+    )
+
+
+class _HasteTracer(Tracer):
+    """What the three share: import, conversion and the reading of the extension's answer."""
+
+    models: ClassVar[frozenset[str]] = MODELS
+    precision: ClassVar[str] = "watertight"
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        try:
+            import haste_cuda
+        except ImportError as error:
+            return EXTENSION_MISSING.format(reason=error)
+        del haste_cuda
+        return None
+
+    def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
+        start = time.perf_counter()
+        recentre = load_settings(scene_path).recentre
+        try:
+            scene = load_scene(
+                scene_path, width=settings.width, height=settings.height, recentre=recentre
+            )
+            check_model(scene, settings.model)
+        except SceneError as error:
+            raise UnsupportedError(str(error)) from error
+        loaded = time.perf_counter()
+        self.scene = to_core(scene, self.threads)
+        self.model = settings.model
+        self.settings = to_core_settings(settings)
+        bvh = self.scene.bvh
+        self.hashes = {"bvh_sha256": str(bvh["sha256"])}
+        return {
+            "load_seconds": loaded - start,
+            "build_seconds": float(bvh["build_seconds"]),
+            "bvh_bytes": float(bvh["bytes"]),
+            "bvh_nodes": float(bvh["nodes"]),
+            "bvh_depth": float(bvh["depth"]),
+        }
+
+    def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
+        import haste_cuda
+
+        return haste_cuda.render_cpu(
+            self.scene, self.model, self.settings, threads=self.threads, **arguments
+        )
+
+    def render(
+        self,
+        seed: int,
+        spp: int,
+        *,
+        engine: str = "depth_first",
+        options: Mapping[str, object] = NO_OPTIONS,
+        count_rays: bool = False,
+    ) -> RenderResult:
+        counting = {"engine": engine, "count_rays": count_rays}
+        answer = self._trace({"seed": seed, "samples": spp, **counting, **options})
+        rays = None
+        if count_rays:
+            rays = RayCounts(
+                camera=int(answer["camera"]),
+                shadow=int(answer["shadow"]),
+                ambient=int(answer["ambient"]),
+                bounce=int(answer["bounce"]),
+            )
+        names = ("peak_queue_bytes", "non_finite")
+        return RenderResult(
+            image=answer["film"],
+            seconds=float(answer["seconds"]),
+            rays=rays,
+            film_sha256=str(answer["film_sha256"]),
+            extras={name: float(answer[name]) for name in names if name in answer},
+        )
+
+
+class HasteCpu(_HasteTracer):
+    """The core compiled for the CPU, on its own BVH."""
+
+    name: ClassVar[str] = "haste-cpu"
+    engines: ClassVar[tuple[str, ...]] = ("depth_first", "packets")
+
+
+class Embree(_HasteTracer):
+    """The core's models on Embree's traversal, in its robust mode."""
+
+    name: ClassVar[str] = "embree"
+    precision: ClassVar[str] = "robust"
+
+    def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
+        """Make a scene ready; build time and size are those of Embree's own hierarchy."""
+        times = super().load(scene_path, settings)
+        built = self.scene.embree
+        return {
+            "load_seconds": times["load_seconds"],
+            "build_seconds": float(built["build_seconds"]),
+            "bvh_bytes": float(built["bytes"]),
+        }
+
+    def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
+        return super()._trace({**arguments, "intersector": "embree"})
+
+
+class HasteCuda(_HasteTracer):
+    """The core compiled at run time for the GPU."""
+
+    name: ClassVar[str] = "haste-cuda"
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Also where there is no usable GPU or NVRTC."""
+        reason = super().unavailable()
+        if reason is not None:
+            return reason
+        import haste_cuda
+
+        return haste_cuda.cuda_unavailable()
+
+    def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
+        """Make a scene ready on the GPU: one sample compiles the kernel and uploads the scene."""
+        times = super().load(scene_path, settings)
+        first = self._trace({"seed": 0, "samples": 1})
+        split = {name: float(first[name]) for name in ("compile_seconds", "upload_seconds")}
+        return {**times, **split}
+
+    def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
+        import haste_cuda
+
+        return haste_cuda.render_cuda(self.scene, self.model, self.settings, **arguments)

@@ -1,0 +1,107 @@
+"""Mitsuba's native path tracer on its three back ends: LLVM, OptiX and scalar C++."""
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from harness.scene import RenderSettings, SceneError, parse_scene
+from harness.tracers.base import NO_OPTIONS, RenderResult, Tracer, UnsupportedError
+
+PYTHON_PLUGINS = frozenset({"phong"})
+"""Plugins that the project registers from Python; the scalar variants do not run them reliably."""
+
+
+class _MitsubaTracer(Tracer):
+    """One variant of Mitsuba.
+
+    Only `path` is compared: the registered integrators of the other models choose branches at
+    random, so their rays and variance are not those of the models.
+    """
+
+    models: ClassVar[frozenset[str]] = frozenset({"path"})
+    precision: ClassVar[str] = "native"
+    warm_ups: ClassVar[int] = 2
+    variant: ClassVar[str]
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        try:
+            from reference import mitsuba as reference
+        except ImportError as error:
+            return f"Mitsuba cannot be imported ({error}); `./bench setup` installs it"
+        return reference.available(cls.variant)
+
+    def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
+        if settings.model not in self.models:
+            raise UnsupportedError(f"{self.name} is compared in the path model only")
+        from reference import mitsuba as reference
+
+        # reference.available, not this import, decides which LLVM library Dr.Jit loads.
+        reason = reference.available(self.variant)
+        if reason is not None:
+            raise UnsupportedError(reason)
+        import drjit
+
+        drjit.set_thread_count(self.threads)
+        start = time.perf_counter()
+        try:
+            self.loaded: Any = reference.load(scene_path, settings, self.variant)
+        except SceneError as error:
+            raise UnsupportedError(str(error)) from error
+        return {"load_seconds": time.perf_counter() - start}
+
+    def render(
+        self,
+        seed: int,
+        spp: int,
+        *,
+        engine: str = "depth_first",
+        options: Mapping[str, object] = NO_OPTIONS,
+        count_rays: bool = False,
+    ) -> RenderResult:
+        del engine, options, count_rays
+        from reference import mitsuba as reference
+
+        image, seconds = reference.render(self.loaded, seed, spp)
+        return RenderResult(image=image, seconds=seconds)
+
+
+class MitsubaLlvm(_MitsubaTracer):
+    """Vectorised CPU code, compiled by LLVM; Embree's traversal inside."""
+
+    name: ClassVar[str] = "mitsuba-llvm"
+    variant: ClassVar[str] = "llvm_ad_rgb"
+
+
+class MitsubaCuda(_MitsubaTracer):
+    """OptiX through Mitsuba."""
+
+    name: ClassVar[str] = "mitsuba-cuda"
+    variant: ClassVar[str] = "cuda_ad_rgb"
+
+
+class MitsubaScalar(_MitsubaTracer):
+    """Plain C++, one ray at a time."""
+
+    name: ClassVar[str] = "mitsuba-scalar"
+    variant: ClassVar[str] = "scalar_rgb"
+    warm_ups: ClassVar[int] = 1
+
+    def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
+        """Make a scene ready, unless it uses what the project registers from Python."""
+        state = parse_scene(
+            scene_path,
+            self.variant,
+            width=settings.width,
+            height=settings.height,
+            integrator={"type": "path"},
+        )
+        used = {node.props.plugin_name() for node in state.nodes} & PYTHON_PLUGINS
+        if used:
+            names = ", ".join(sorted(used))
+            raise UnsupportedError(
+                f"the scene uses {names}, registered from Python, "
+                "which Mitsuba's scalar variants cannot run"
+            )
+        return super().load(scene_path, settings)

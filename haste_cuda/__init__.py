@@ -1,0 +1,36 @@
+"""The CUDA Monte Carlo ray tracer of Somers and Gibson's Haste, with its twin on the CPU.
+
+One core, compiled by g++ for the CPU and by NVRTC for the GPU: scenes (`Scene`), render settings
+(`Settings`) and one function a side (`render_cpu`, `render_cuda`). The extension imports without a
+GPU; `cuda_unavailable` then says why.
+"""
+
+from haste_cuda._core import (
+    Camera,
+    CompileError,
+    CudaError,
+    FilmOverflow,
+    Material,
+    Scene,
+    Settings,
+    Shape,
+    build_info,
+    render_cpu,
+)
+from haste_cuda.gpu import cuda_unavailable, device_info, render_cuda
+
+__all__ = [
+    "Camera",
+    "CompileError",
+    "CudaError",
+    "FilmOverflow",
+    "Material",
+    "Scene",
+    "Settings",
+    "Shape",
+    "build_info",
+    "cuda_unavailable",
+    "device_info",
+    "render_cpu",
+    "render_cuda",
+]

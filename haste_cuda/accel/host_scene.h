@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/features.h"
+#include "core/base/scene_view.h"
+#include "core/base/settings.h"
+#include "core/film/fixed_point.h"
+
+namespace haste {
+
+using Vec3f = Vec3<float>;
+
+/// The arrays that describe a scene, as import delivers them.
+struct SceneArrays {
+    std::vector<Vec3f> vertices;
+    std::vector<Vec3f> normals;
+    std::vector<u32> triangles;
+    std::vector<u32> triangle_shape;
+    std::vector<Vec3f> sphere_centre;
+    std::vector<float> sphere_radius;
+    std::vector<u32> sphere_shape;
+    std::vector<Shape> shapes;
+    std::vector<Material<float>> materials;
+    std::vector<Light<float>> lights;  ///< radiance and shape; the rest is computed here
+    Vec3f environment{};
+    Camera<float> camera{};
+};
+
+/// What building the hierarchy cost and gave.
+struct BvhInfo {
+    double build_seconds = 0;
+    std::size_t nodes = 0;
+    std::size_t records = 0;
+    std::size_t bytes = 0;
+    u32 depth = 0;
+    std::string sha256;  ///< of nodes and record order: films are comparable where it is equal
+};
+
+/// A validated scene in host memory with its BVH: the owner behind a `SceneView`.
+class HostScene {
+public:
+    /// Throws std::invalid_argument naming the array and element that is wrong.
+    HostScene(SceneArrays arrays, int threads);
+
+    [[nodiscard]] SceneView<float> view() const;
+    [[nodiscard]] u32 features() const { return features_; }
+    [[nodiscard]] const BvhInfo& bvh() const { return bvh_; }
+    [[nodiscard]] const SceneArrays& arrays() const { return arrays_; }
+    [[nodiscard]] const std::vector<Bvh2Node>& nodes() const { return nodes_; }
+    [[nodiscard]] const std::vector<PrimitiveRecord<float>>& records() const { return records_; }
+    [[nodiscard]] const std::vector<float>& light_cdf() const { return light_cdf_; }
+
+    /// The film's unit: 2^10 of head-room over the brightest emitter.
+    [[nodiscard]] FixedPoint film_format(const Settings<float>& settings) const;
+
+private:
+    void validate() const;
+    void complete_lights();
+    void find_features();
+
+    SceneArrays arrays_;
+    std::vector<float> light_cdf_;
+    std::vector<Bvh2Node> nodes_;
+    std::vector<PrimitiveRecord<float>> records_;
+    BvhInfo bvh_;
+    u32 features_ = 0;
+};
+
+}  // namespace haste

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <memory>
+#include <mutex>
+
+#include "accel/host_scene.h"
+#include "cuda/render.h"
+#include "reference/embree/embree_scene.h"
+
+namespace haste {
+
+/// A scene as Python holds it: host arrays and our BVH, Embree's scene once it is asked for.
+class SceneHandle {
+public:
+    SceneHandle(SceneArrays arrays, int threads)
+        : host_(std::move(arrays), threads), threads_(threads) {}
+
+    [[nodiscard]] const HostScene& host() const { return host_; }
+
+    /// Builds Embree's scene on first use.
+    [[nodiscard]] const EmbreeScene& embree() {
+        const std::lock_guard lock(mutex_);
+        if (!embree_) embree_ = std::make_unique<EmbreeScene>(host_, threads_);
+        return *embree_;
+    }
+
+    /// The scene on the GPU, filled by the renderer on first use.
+    [[nodiscard]] std::shared_ptr<cuda::Renderer::Scene>& device() { return device_; }
+
+private:
+    HostScene host_;
+    int threads_;
+    std::mutex mutex_;
+    std::unique_ptr<EmbreeScene> embree_;
+    std::shared_ptr<cuda::Renderer::Scene> device_;
+};
+
+/// The dict that a render returns to Python.
+nanobind::dict to_dict(RenderOutput output, const Camera<float>& camera);
+
+void bind_scene(nanobind::module_& module);
+void bind_render(nanobind::module_& module);
+void bind_testing(nanobind::module_& module);
+
+}  // namespace haste

@@ -1,0 +1,149 @@
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/string.h>
+
+#include <array>
+#include <map>
+#include <stdexcept>
+
+#include "bindings/bindings.h"
+#include "cpu/render.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace haste {
+
+nb::dict to_dict(RenderOutput output, const Camera<float>& camera) {
+    auto* data = new std::vector<double>(std::move(output.mean));
+    const nb::capsule owner(data,
+                            [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+    nb::dict result;
+    result["film"] =
+        nb::ndarray<nb::numpy, double>(data->data(), {camera.height, camera.width, 3}, owner);
+    result["film_sha256"] = output.film_sha256;
+    result["seconds"] = output.seconds;
+    result["camera"] = output.rays.camera;
+    result["shadow"] = output.rays.shadow;
+    result["ambient"] = output.rays.ambient;
+    result["bounce"] = output.rays.bounce;
+    result["peak_queue_bytes"] = output.peak_queue_bytes;
+    result["non_finite"] = output.non_finite;
+    return result;
+}
+
+namespace {
+
+/// The value of a name in a closed list. Throws std::invalid_argument naming the setting.
+template <class Value>
+Value choose(const char* setting, const std::string& name,
+             const std::map<std::string, Value>& values) {
+    if (const auto found = values.find(name); found != values.end()) return found->second;
+    std::string known;
+    for (const auto& [key, value] : values) known += (known.empty() ? "" : ", ") + key;
+    throw std::invalid_argument(std::string(setting) + " must be one of " + known + ", not " +
+                                name);
+}
+
+ModelKind model_kind(const std::string& name) {
+    return choose<ModelKind>(
+        "model", name,
+        {{"path", ModelKind::path}, {"haste", ModelKind::haste}, {"whitted", ModelKind::whitted}});
+}
+
+Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 light_samples,
+                              u32 ambient_samples, const std::array<float, 3>& ambient) {
+    return {max_depth,
+            rr_depth,
+            max_layers,
+            light_samples,
+            ambient_samples,
+            {ambient[0], ambient[1], ambient[2]},
+            0};
+}
+
+nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<float> settings,
+                       u32 seed, u32 samples, const std::string& engine,
+                       const std::string& intersector, u64 packet, const std::string& order,
+                       int threads, bool count_rays, u32 pass_samples) {
+    const ModelKind kind = model_kind(model);
+    Schedule schedule;
+    schedule.engine = choose<EngineKind>(
+        "engine", engine,
+        {{"depth_first", EngineKind::depth_first}, {"packets", EngineKind::packets}});
+    schedule.intersector = choose<IntersectorKind>(
+        "intersector", intersector,
+        {{"haste", IntersectorKind::haste}, {"embree", IntersectorKind::embree}});
+    schedule.order = choose<QueueOrder>("order", order,
+                                        {{"fifo", QueueOrder::fifo}, {"lifo", QueueOrder::lifo}});
+    if (schedule.intersector == IntersectorKind::embree &&
+        schedule.engine != EngineKind::depth_first) {
+        throw std::invalid_argument("the intersector embree runs with the engine depth_first only");
+    }
+    schedule.packet = packet;
+    schedule.threads = threads;
+    schedule.count_rays = count_rays;
+    schedule.pass_samples = pass_samples;
+    settings.seed = seed;
+    RenderOutput output;
+    {
+        const nb::gil_scoped_release release;
+        const void* embree =
+            schedule.intersector == IntersectorKind::embree ? &scene.embree() : nullptr;
+        output = render_cpu(scene.host(), kind, settings, samples, schedule, embree);
+    }
+    return to_dict(std::move(output), scene.host().arrays().camera);
+}
+
+nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<float> settings,
+                        u32 seed, u32 samples, const std::string& engine, int block,
+                        bool count_rays, u32 pass_samples) {
+    const ModelKind kind = model_kind(model);
+    if (engine != "depth_first") {
+        throw std::invalid_argument("haste-cuda has the engine depth_first, not " + engine);
+    }
+    settings.seed = seed;
+    cuda::CudaOutput output;
+    {
+        const nb::gil_scoped_release release;
+        output = cuda::Renderer::instance().render(scene.host(), scene.device(), kind, settings,
+                                                   samples, {block, count_rays, pass_samples});
+    }
+    nb::dict result = to_dict(std::move(output.render), scene.host().arrays().camera);
+    result["compile_seconds"] = output.compile_seconds;
+    result["compile_cached"] = output.compile_cached;
+    result["upload_seconds"] = output.upload_seconds;
+    result["registers"] = output.registers;
+    result["local_bytes"] = output.local_bytes;
+    result["scene_bytes"] = output.scene_bytes;
+    return result;
+}
+
+}  // namespace
+
+void bind_render(nb::module_& module) {
+    nb::exception<FilmOverflow>(module, "FilmOverflow", PyExc_OverflowError);
+    nb::class_<Settings<float>>(module, "Settings", "Render settings: never properties of a scene.")
+        .def(nb::new_(&make_settings), nb::kw_only(), "max_depth"_a = 8, "rr_depth"_a = 5,
+             "max_layers"_a = 4, "light_samples"_a = 1, "ambient_samples"_a = 1,
+             "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f});
+    module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
+               "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
+               "packet"_a = 65536, "order"_a = "fifo", "threads"_a = 0, "count_rays"_a = false,
+               "pass_samples"_a = FixedPoint::max_pass_samples,
+               "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
+               "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
+               "peak_queue_bytes, non_finite. Raises ValueError on settings that make no sense and "
+               "FilmOverflow naming the pixel.");
+    module.def(
+        "render_cuda", &render_on_cuda, "scene"_a, "model"_a, "settings"_a, nb::kw_only(), "seed"_a,
+        "samples"_a, "engine"_a = "depth_first", "block"_a = 128, "count_rays"_a = false,
+        "pass_samples"_a = FixedPoint::max_pass_samples,
+        "Renders on the GPU with the engine depth_first. Returns the dict of render_cpu (seconds "
+        "by the device's clock) with compile_seconds, compile_cached, upload_seconds (bytes and "
+        "seconds of the kernel and the scene), registers, local_bytes, scene_bytes. Raises "
+        "CudaError, ValueError and FilmOverflow.");
+}
+
+}  // namespace haste

@@ -1,0 +1,243 @@
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "bindings/bindings.h"
+#include "core/accel/bvh2_intersector.h"
+#include "core/geometry/surface.h"
+#include "core/model/phong_bsdf.h"
+#include "core/precision.h"
+#include "core/sampling/warp.h"
+#include "cpu/planted.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace haste {
+
+namespace {
+
+template <class T, class... Shape>
+using Array = nb::ndarray<const T, Shape..., nb::c_contig, nb::device::cpu>;
+using Points = Array<float, nb::shape<-1, 3>>;
+using Reals = Array<float, nb::ndim<1>>;
+using Words = Array<u32, nb::ndim<1>>;
+
+/// A numpy array that owns `values`.
+template <class T>
+nb::object numpy(std::vector<T> values, std::initializer_list<std::size_t> shape) {
+    auto* data = new std::vector<T>(std::move(values));
+    const nb::capsule owner(data, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, T>(data->data(), shape, owner));
+}
+
+Vec3f point(const Points& array, std::size_t i) { return {array(i, 0), array(i, 1), array(i, 2)}; }
+
+void require_same(std::size_t a, std::size_t b) {
+    if (a != b) throw std::invalid_argument("arrays differ in length");
+}
+
+nb::object points_to_numpy(const std::vector<Vec3f>& points) {
+    std::vector<float> flat;
+    for (const Vec3f& p : points) flat.insert(flat.end(), {p.x, p.y, p.z});
+    return numpy(std::move(flat), {points.size(), 3});
+}
+
+nb::object philox(const std::array<u32, 4>& counter, const std::array<u32, 2>& key) {
+    const PhiloxBlock block =
+        philox4x32({{counter[0], counter[1], counter[2], counter[3]}}, key[0], key[1]);
+    return nb::make_tuple(block.word[0], block.word[1], block.word[2], block.word[3]);
+}
+
+nb::object sin_cos(const Reals& turns) {
+    std::vector<float> flat;
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+        const SinCos<float> value = sin_cos_of_turn(turns(i));
+        flat.insert(flat.end(), {value.sine, value.cosine});
+    }
+    return numpy(std::move(flat), {turns.size(), 2});
+}
+
+Vec3f warp(const std::string& name, float u, float v, float w, float parameter) {
+    if (name == "sphere") return uniform_sphere(u, v);
+    if (name == "hemisphere") return uniform_hemisphere(u, v);
+    if (name == "cosine") return cosine_hemisphere(u, v);
+    if (name == "ball") return uniform_ball(u, v, w);
+    if (name == "cone") return uniform_cone(u, v, parameter);
+    if (name == "phong") return phong_lobe(u, v, parameter);
+    if (name == "triangle") {
+        const Barycentrics<float> b = uniform_triangle(u, v);
+        return {1.0f - b.b1 - b.b2, b.b1, b.b2};
+    }
+    throw std::invalid_argument("no warp is called " + name);
+}
+
+nb::object warp_points(const std::string& name, const Points& numbers, float parameter) {
+    std::vector<Vec3f> result;
+    for (std::size_t i = 0; i < numbers.shape(0); ++i) {
+        const Vec3f u = point(numbers, i);
+        result.push_back(warp(name, u.x, u.y, u.z, parameter));
+    }
+    return points_to_numpy(result);
+}
+
+nb::object convert(const Reals& values, int exponent, u32 rounding) {
+    std::vector<i64> units(values.size());
+    std::vector<u32> status(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        status[i] = FixedPoint{exponent}.convert(values(i), rounding, units[i]);
+    }
+    const std::size_t n = values.size();
+    return nb::make_tuple(numpy(std::move(units), {n}), numpy(std::move(status), {n}));
+}
+
+Ray<float> bare_ray(const Vec3f& origin, const Vec3f& direction) {
+    Ray<float> ray{};
+    ray.origin = origin;
+    ray.direction = direction;
+    return ray;
+}
+
+using EveryFeature = Features<all_features>;
+
+nb::object closest(SceneHandle& scene, const Points& origins, const Points& directions,
+                   const std::string& intersector) {
+    require_same(origins.shape(0), directions.shape(0));
+    const std::size_t n = origins.shape(0);
+    std::vector<float> t(n);
+    std::vector<float> b(2 * n);
+    std::vector<u32> primitive(n);
+    const SceneView<float> view = scene.host().view();
+    const Bvh2Intersector<Watertight, EveryFeature> ours(view);
+    const EmbreeScene* embree = intersector == "embree" ? &scene.embree() : nullptr;
+    for (std::size_t i = 0; i < n; ++i) {
+        const Ray<float> ray = bare_ray(point(origins, i), point(directions, i));
+        const Hit<float> hit = embree != nullptr ? embree->closest(ray) : ours.closest(ray);
+        t[i] = hit.t;
+        b[2 * i] = hit.b1;
+        b[2 * i + 1] = hit.b2;
+        primitive[i] = hit.primitive;
+    }
+    return nb::make_tuple(numpy(std::move(t), {n}), numpy(std::move(b), {n, 2}),
+                          numpy(std::move(primitive), {n}));
+}
+
+nb::object occluded(SceneHandle& scene, const Points& origins, const Points& directions,
+                    float t_max, u32 owner, const std::string& intersector) {
+    require_same(origins.shape(0), directions.shape(0));
+    const std::size_t n = origins.shape(0);
+    std::vector<u8> blocked(n);
+    const SceneView<float> view = scene.host().view();
+    const Bvh2Intersector<Watertight, EveryFeature> ours(view);
+    const EmbreeScene* embree = intersector == "embree" ? &scene.embree() : nullptr;
+    for (std::size_t i = 0; i < n; ++i) {
+        ShadowRay<float> ray{};
+        ray.origin = point(origins, i);
+        ray.direction = point(directions, i);
+        ray.t_max = t_max;
+        ray.owner = owner;
+        blocked[i] = embree != nullptr ? embree->occluded(ray) : ours.occluded(ray);
+    }
+    return numpy(std::move(blocked), {n});
+}
+
+/// Points just hit, and where rays spawned there towards `next` start.
+nb::object spawn(SceneHandle& scene, const Points& origins, const Points& directions,
+                 const Points& next) {
+    require_same(origins.shape(0), directions.shape(0));
+    require_same(origins.shape(0), next.shape(0));
+    const SceneView<float> view = scene.host().view();
+    const Bvh2Intersector<Watertight, EveryFeature> intersector(view);
+    std::vector<Vec3f> points;
+    std::vector<Vec3f> normals;
+    std::vector<Vec3f> starts;
+    for (std::size_t i = 0; i < origins.shape(0); ++i) {
+        const Ray<float> ray = bare_ray(point(origins, i), point(directions, i));
+        const Hit<float> hit = intersector.closest(ray);
+        if (!hit.found()) throw std::invalid_argument("ray " + std::to_string(i) + " hits nothing");
+        const Surface<float> surface = surface_at<EveryFeature>(view, ray, hit);
+        points.push_back(surface.point);
+        normals.push_back(surface.geometric_normal);
+        starts.push_back(Watertight::Offset::apply(surface.point, surface.geometric_normal,
+                                                   surface.scale, point(next, i)));
+    }
+    return nb::make_tuple(points_to_numpy(points), points_to_numpy(normals),
+                          points_to_numpy(starts));
+}
+
+nb::object bsdf_sample(const Material<float>& material, const std::array<float, 3>& view,
+                       const Points& numbers) {
+    const PhongBsdf<EveryFeature, float> bsdf(material, {0, 0, 1}, {view[0], view[1], view[2]});
+    const std::size_t n = numbers.shape(0);
+    std::vector<Vec3f> directions;
+    std::vector<Vec3f> weights;
+    std::vector<float> pdf(n);
+    std::vector<u8> delta(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3f u = point(numbers, i);
+        BsdfSample<float> sample = bsdf.sample(u.x, u.y, u.z);
+        if (!sample.valid) sample = {{0, 0, 0}, {0, 0, 0}, 0, 1, false, false};
+        directions.push_back(sample.direction);
+        weights.push_back(sample.weight);
+        pdf[i] = sample.pdf;
+        delta[i] = sample.delta;
+    }
+    return nb::make_tuple(points_to_numpy(directions), points_to_numpy(weights),
+                          numpy(std::move(pdf), {n}), numpy(std::move(delta), {n}));
+}
+
+nb::object bsdf_evaluate(const Material<float>& material, const std::array<float, 3>& view,
+                         const Points& directions) {
+    const PhongBsdf<EveryFeature, float> bsdf(material, {0, 0, 1}, {view[0], view[1], view[2]});
+    std::vector<Vec3f> values;
+    std::vector<float> pdf;
+    for (std::size_t i = 0; i < directions.shape(0); ++i) {
+        const BsdfValue<float> value = bsdf.evaluate(point(directions, i));
+        values.push_back(value.value);
+        pdf.push_back(value.pdf);
+    }
+    const std::size_t n = pdf.size();
+    return nb::make_tuple(points_to_numpy(values), numpy(std::move(pdf), {n}));
+}
+
+nb::dict render_planted_reading(SceneHandle& scene, Settings<float> settings, u32 seed, u32 samples,
+                                const std::string& reading, int threads) {
+    settings.seed = seed;
+    RenderOutput output;
+    {
+        const nb::gil_scoped_release release;
+        output = render_planted(scene.host(), settings, samples, planted_reading(reading), threads);
+    }
+    return to_dict(std::move(output), scene.host().arrays().camera);
+}
+
+}  // namespace
+
+void bind_testing(nb::module_& parent) {
+    nb::module_ module = parent.def_submodule(
+        "testing", "Pieces of the core, one call each, for the tests; nothing else uses them.");
+    module.attr("ray_bytes") = sizeof(Ray<float>);
+    module.def("philox", &philox, "counter"_a, "key"_a);
+    module.def("sin_cos_of_turn", &sin_cos, "turns"_a);
+    module.def("warp", &warp_points, "name"_a, "numbers"_a, "parameter"_a = 0.0f);
+    module.def("convert", &convert, "values"_a, "exponent"_a, "rounding"_a);
+    module.def("closest", &closest, "scene"_a, "origins"_a, "directions"_a,
+               "intersector"_a = "haste");
+    module.def("occluded", &occluded, "scene"_a, "origins"_a, "directions"_a, "t_max"_a = 1.0f,
+               "owner"_a = no_shape, "intersector"_a = "haste");
+    module.def("spawn", &spawn, "scene"_a, "origins"_a, "directions"_a, "next"_a);
+    module.def("bsdf_sample", &bsdf_sample, "material"_a, "view"_a, "numbers"_a);
+    module.def("bsdf_evaluate", &bsdf_evaluate, "material"_a, "view"_a, "directions"_a);
+    module.def("render_planted", &render_planted_reading, "scene"_a, "settings"_a, nb::kw_only(),
+               "seed"_a, "samples"_a, "reading"_a, "threads"_a = 0);
+}
+
+}  // namespace haste

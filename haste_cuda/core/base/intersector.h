@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/base/hit.h"
+#include "core/base/ray.h"
+
+namespace haste {
+
+template <class A, class B>
+inline constexpr bool is_same = false;
+template <class A>
+inline constexpr bool is_same<A, A> = true;
+template <class A, class B>
+concept Same = is_same<A, B>;
+
+/// Answers where a ray hits. Nobody who asks knows whether it is our BVH on the GPU, our BVH on the
+/// CPU, or Embree.
+template <class I, class Real>
+concept Intersector =
+    requires(const I& intersector, const Ray<Real>& ray, const ShadowRay<Real>& shadow) {
+        /// Least (t, primitive) with t > 0.
+        { intersector.closest(ray) } -> Same<Hit<Real>>;
+        /// Whether anything but `shadow.owner` lies on the open segment (0, t_max).
+        { intersector.occluded(shadow) } -> Same<bool>;
+    };
+
+}  // namespace haste

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "core/base/bvh2.h"
+#include "core/math/vec3.h"
+
+namespace haste {
+
+/// Ray against box by slabs, padded so that no box that holds a hit is missed:
+/// Ize, Robust BVH Ray Traversal, JCGT 2(2), 2013.
+template <class Real>
+struct PaddedSlabTest {
+    Vec3<Real> origin;
+    Vec3<Real> inverse_direction;
+
+    HASTE_HD PaddedSlabTest(const Vec3<Real>& ray_origin, const Vec3<Real>& direction)
+        : origin(ray_origin),
+          inverse_direction{Real(1) / direction.x, Real(1) / direction.y, Real(1) / direction.z} {}
+
+    /// Distance at which the ray enters the box, or infinity where it misses (0, t_max].
+    /// A direction component of zero gives infinite slabs, or NaN where the origin lies on a face;
+    /// the order of the arguments of minimum and maximum makes NaN no constraint.
+    HASTE_HD Real enter(const Box& box, Real t_max) const {
+        Real near = Real(0);
+        Real far = t_max;
+        clip(box.lower[0], box.upper[0], origin.x, inverse_direction.x, near, far);
+        clip(box.lower[1], box.upper[1], origin.y, inverse_direction.y, near, far);
+        clip(box.lower[2], box.upper[2], origin.z, inverse_direction.z, near, far);
+        return near <= far ? near : Numeric<Real>::infinity;
+    }
+
+private:
+    HASTE_HD static void clip(float lower, float upper, Real origin, Real inverse, Real& near,
+                              Real& far) {
+        const bool backwards = inverse < Real(0);
+        const Real entry = (Real(backwards ? upper : lower) - origin) * inverse;
+        const Real exit = (Real(backwards ? lower : upper) - origin) * inverse *
+                          (Real(1) + Real(2) * gamma_bound<Real>(3));
+        near = maximum(entry, near);
+        far = minimum(exit, far);
+    }
+};
+
+}  // namespace haste

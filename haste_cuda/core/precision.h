@@ -1,0 +1,21 @@
+#pragma once
+
+#include "core/geometry/box.h"
+#include "core/geometry/offset.h"
+#include "core/geometry/triangle.h"
+
+namespace haste {
+
+/// A precision mode: the real type, the triangle test, the padding of boxes and the offset of
+/// spawned rays, in one type that is passed as a template parameter.
+///
+/// `Watertight` (the default): single precision, Woop's test with compensated edge functions, boxes
+/// padded after Ize, offsets bounded by the error of the reconstruction.
+struct Watertight {
+    using Real = float;
+    using TriangleTest = WoopTest<float>;
+    using BoxTest = PaddedSlabTest<float>;
+    using Offset = ErrorBoundedOffset<float>;
+};
+
+}  // namespace haste

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "core/accel/bvh2_intersector.h"
+#include "core/precision.h"
+#include "cpu/packets.h"
+
+namespace haste {
+
+/// Runs one pass of a model on an intersector by the engine that the schedule names.
+template <class Model, class I>
+PassResult run_pass(const PassRequest& request, const Model& model, const I& intersector) {
+    const bool packets = request.schedule.engine == EngineKind::packets;
+    if (request.schedule.count_rays) {
+        return packets ? packets_pass<Model, I, true>(request, model, intersector)
+                       : depth_first_pass<Model, I, true>(request, model, intersector);
+    }
+    return packets ? packets_pass<Model, I, false>(request, model, intersector)
+                   : depth_first_pass<Model, I, false>(request, model, intersector);
+}
+
+/// On the CPU a scene's features are only {triangles, spheres, both}; the rest is decided at run
+/// time.
+inline constexpr u32 cpu_features = all_features & ~(feature_triangles | feature_spheres);
+
+template <template <class, class> class Model, u32 Kinds>
+PassResult run_pass_on_bvh2(const PassRequest& request) {
+    using F = Features<cpu_features | Kinds>;
+    const Model<Watertight, F> model(request.view, request.settings);
+    const Bvh2Intersector<Watertight, F> intersector(request.view);
+    return run_pass(request, model, intersector);
+}
+
+/// The pass of a model on our own BVH.
+template <template <class, class> class Model>
+PassResult model_pass(const PassRequest& request) {
+    if (request.view.sphere_count == 0) {
+        return run_pass_on_bvh2<Model, feature_triangles>(request);
+    }
+    if (request.view.triangle_count == 0) return run_pass_on_bvh2<Model, feature_spheres>(request);
+    return run_pass_on_bvh2<Model, feature_triangles | feature_spheres>(request);
+}
+
+/// One translation unit each: `watertight_path.cpp` and so on, and reference/embree for Embree's.
+PassResult watertight_path_pass(const PassRequest& request);
+PassResult watertight_haste_pass(const PassRequest& request);
+PassResult watertight_whitted_pass(const PassRequest& request);
+PassResult embree_pass(ModelKind model, const PassRequest& request);
+
+}  // namespace haste

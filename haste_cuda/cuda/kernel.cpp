@@ -1,0 +1,145 @@
+#include "cuda/kernel.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "cuda/check.h"
+
+namespace haste::cuda {
+
+namespace {
+
+int attribute_of(CUfunction function, FunctionAttribute which, const std::string& name) {
+    int value = 0;
+    HASTE_CUDA_CHECK(driver().function_get_attribute(&value, which, function), name);
+    return value;
+}
+
+std::string list_of(std::span<const std::size_t> sizes) {
+    std::string text;
+    for (const std::size_t size : sizes) {
+        text += (text.empty() ? "" : ", ") + std::to_string(size);
+    }
+    return "(" + text + ")";
+}
+
+/// The sizes of the kernel's parameters. The driver marks the end of the list with an error.
+std::vector<std::size_t> parameter_sizes(CUfunction function) {
+    std::vector<std::size_t> sizes;
+    std::size_t offset = 0;
+    std::size_t size = 0;
+    while (driver().function_get_parameter(function, sizes.size(), &offset, &size) ==
+           cuda_success) {
+        sizes.push_back(size);
+    }
+    return sizes;
+}
+
+}  // namespace
+
+Kernel::Kernel(const CachedProgram& program, const char* entry, std::string name)
+    : name_(std::move(name)),
+      resources_(program.program.resources_of(entry)),
+      cached_(program.cached),
+      cache_problem_(program.cache_problem) {
+    const auto start = std::chrono::steady_clock::now();
+    HASTE_CUDA_CHECK(driver().module_load_data(&module_, program.program.cubin.data()), name_);
+    try {
+        HASTE_CUDA_CHECK(driver().module_get_function(&function_, module_, entry), name_);
+        attributes_ = {
+            .registers = attribute_of(function_, FunctionAttribute::registers, name_),
+            .local_bytes = attribute_of(function_, FunctionAttribute::local_bytes, name_),
+            .shared_bytes = attribute_of(function_, FunctionAttribute::shared_bytes, name_),
+            .max_threads_per_block =
+                attribute_of(function_, FunctionAttribute::max_threads_per_block, name_)};
+    } catch (const CudaError&) {
+        report(driver().module_unload(module_), "cuModuleUnload");
+        throw;
+    }
+    if (driver().function_get_parameter != nullptr) {
+        parameter_sizes_ = parameter_sizes(function_);
+        parameters_known_ = true;
+    }
+    build_seconds_ =
+        program.seconds +
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+Kernel::~Kernel() {
+    if (module_ != nullptr) {
+        report(driver().module_unload(module_), "cuModuleUnload");
+    }
+}
+
+Kernel::Kernel(Kernel&& other) noexcept
+    : name_(std::move(other.name_)),
+      module_(std::exchange(other.module_, nullptr)),
+      function_(std::exchange(other.function_, nullptr)),
+      attributes_(other.attributes_),
+      resources_(std::move(other.resources_)),
+      parameter_sizes_(std::move(other.parameter_sizes_)),
+      parameters_known_(other.parameters_known_),
+      build_seconds_(other.build_seconds_),
+      cached_(other.cached_),
+      cache_problem_(std::move(other.cache_problem_)) {}
+
+void Kernel::launch_untyped(const Launch& shape, Stream& stream, std::span<const std::size_t> sizes,
+                            std::span<void*> arguments) const {
+    if (shape.blocks == 0) {
+        return;
+    }
+    const std::string subject = name_ + ", " + std::to_string(shape.blocks) + " blocks of " +
+                                std::to_string(shape.threads) + " threads";
+    if (shape.threads < 1 || shape.threads > attributes_.max_threads_per_block) {
+        throw CudaError("the launch [" + subject +
+                        "] is refused: a block of this kernel has 1 to " +
+                        std::to_string(attributes_.max_threads_per_block) + " threads");
+    }
+    constexpr std::size_t max_blocks = 0x7fffffff;
+    if (shape.blocks > max_blocks) {
+        throw CudaError("the launch [" + subject + "] is refused: a grid has at most " +
+                        std::to_string(max_blocks) + " blocks");
+    }
+    if (parameters_known_ && !std::ranges::equal(sizes, parameter_sizes_)) {
+        throw std::logic_error("the launch [" + subject + "] has arguments of " + list_of(sizes) +
+                               " bytes, the kernel's parameters have " + list_of(parameter_sizes_));
+    }
+    HASTE_CUDA_CHECK(driver().launch_kernel(function_, static_cast<unsigned>(shape.blocks), 1, 1,
+                                            static_cast<unsigned>(shape.threads), 1, 1,
+                                            static_cast<unsigned>(shape.dynamic_shared_bytes),
+                                            stream.handle(), arguments.data(), nullptr),
+                     subject);
+    stream.note_launch(name_);
+}
+
+int Kernel::resident_blocks(int threads, std::size_t dynamic_shared_bytes) const {
+    int blocks = 0;
+    HASTE_CUDA_CHECK(
+        driver().occupancy_max_active_blocks(&blocks, function_, threads, dynamic_shared_bytes),
+        name_);
+    return blocks;
+}
+
+void Kernel::allow_dynamic_shared(int bytes) {
+    HASTE_CUDA_CHECK(driver().function_set_attribute(
+                         function_, FunctionAttribute::max_dynamic_shared_bytes, bytes),
+                     name_ + ", " + std::to_string(bytes) + " bytes");
+}
+
+KernelSet::KernelSet(const Device& device)
+    : architecture_(architecture_for(device.info().compute_capability_major,
+                                     device.info().compute_capability_minor)),
+      cache_(CubinCache::standard()) {}
+
+const Kernel& KernelSet::get(const KernelSpecification& specification) {
+    std::string name = specification.name();
+    if (const auto found = kernels_.find(name); found != kernels_.end()) {
+        return found->second;
+    }
+    const CachedProgram program =
+        load_or_compile(kernel_translation(specification, architecture_), cache_);
+    return kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
+}
+
+}  // namespace haste::cuda

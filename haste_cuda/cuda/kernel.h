@@ -1,0 +1,116 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "cuda/cubin_cache.h"
+#include "cuda/device.h"
+#include "cuda/kernel_source.h"
+#include "cuda/nvrtc.h"
+#include "cuda/stream.h"
+
+namespace haste::cuda {
+
+/// The shape of a launch. Grid and block are one-dimensional, as all work here is a list.
+struct Launch {
+    std::size_t blocks = 0;
+    int threads = 0;  ///< of a block
+    std::size_t dynamic_shared_bytes = 0;
+
+    /// Enough blocks for one thread an item.
+    [[nodiscard]] static Launch for_items(std::size_t items, int threads) {
+        const auto block = static_cast<std::size_t>(threads);
+        return {.blocks = (items + block - 1) / block, .threads = threads};
+    }
+};
+
+/// What the driver says about a loaded kernel.
+struct KernelAttributes {
+    int registers = 0;
+    int local_bytes = 0;
+    int shared_bytes = 0;
+    int max_threads_per_block = 0;
+};
+
+/// A kernel on the current device.
+class Kernel {
+public:
+    /// Loads the program into the current context and looks `entry` up. `name` is what errors and
+    /// profiles call it. Throws CudaError.
+    Kernel(const CachedProgram& program, const char* entry, std::string name);
+    ~Kernel();
+    Kernel(Kernel&& other) noexcept;
+    Kernel& operator=(Kernel&&) = delete;
+
+    /// Puts a launch behind the work in `stream`; it runs later. Does nothing if `blocks` is 0.
+    /// Throws CudaError naming the kernel if the driver refuses the launch, std::logic_error if the
+    /// arguments are not as many and as large as the kernel's parameters (drivers from CUDA 12.4).
+    template <class... Arguments>
+    void launch(const Launch& shape, Stream& stream, const Arguments&... arguments) const {
+        static_assert((std::is_trivially_copyable_v<Arguments> && ...),
+                      "the driver copies arguments byte by byte");
+        static_assert((sizeof(Arguments) + ... + 0) <= 4096, "the driver takes at most 4 KiB");
+        const std::array<std::size_t, sizeof...(Arguments)> sizes{sizeof(Arguments)...};
+        std::array<void*, sizeof...(Arguments)> pointers{
+            const_cast<void*>(static_cast<const void*>(&arguments))...};
+        launch_untyped(shape, stream, sizes, pointers);
+    }
+
+    /// Blocks of this size that one multiprocessor can run at a time.
+    [[nodiscard]] int resident_blocks(int threads, std::size_t dynamic_shared_bytes = 0) const;
+
+    /// Allows launches with this much dynamic shared memory (beyond 48 KiB it must be asked for).
+    void allow_dynamic_shared(int bytes);
+
+    [[nodiscard]] const std::string& name() const { return name_; }
+    [[nodiscard]] const KernelAttributes& attributes() const { return attributes_; }
+
+    /// What ptxas said when the kernel was compiled.
+    [[nodiscard]] const KernelResources& resources() const { return resources_; }
+
+    /// Seconds to compile it or to take it from the cache, to load it into the context included.
+    [[nodiscard]] double build_seconds() const { return build_seconds_; }
+    [[nodiscard]] bool cached() const { return cached_; }
+
+    /// Why the compiled kernel could not be stored for the next run; empty if all is well.
+    [[nodiscard]] const std::string& cache_problem() const { return cache_problem_; }
+
+private:
+    void launch_untyped(const Launch& shape, Stream& stream, std::span<const std::size_t> sizes,
+                        std::span<void*> arguments) const;
+
+    std::string name_;
+    CUmodule module_ = nullptr;
+    CUfunction function_ = nullptr;
+    KernelAttributes attributes_;
+    KernelResources resources_;
+    std::vector<std::size_t> parameter_sizes_;  ///< only where `parameters_known_`
+    bool parameters_known_ = false;
+    double build_seconds_ = 0;
+    bool cached_ = false;
+    std::string cache_problem_;
+};
+
+/// The kernels of one device, each built when it is first asked for.
+class KernelSet {
+public:
+    /// The device must outlive the set.
+    explicit KernelSet(const Device& device);
+
+    /// The kernel, from memory, the cubin cache or the compiler. The device must be current.
+    /// Throws CompileError, CudaError or std::invalid_argument.
+    [[nodiscard]] const Kernel& get(const KernelSpecification& specification);
+
+private:
+    int architecture_;
+    CubinCache cache_;
+    std::map<std::string, Kernel> kernels_;
+};
+
+}  // namespace haste::cuda

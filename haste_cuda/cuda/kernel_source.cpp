@@ -1,0 +1,149 @@
+#include "cuda/kernel_source.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <mutex>
+#include <span>
+#include <stdexcept>
+
+namespace haste::cuda {
+
+namespace {
+
+/// A name in the settings and the core's type of that name.
+struct ModelEntry {
+    std::string_view name;
+    std::string_view type;
+};
+
+constexpr std::array models{
+    ModelEntry{"haste", "haste::HasteModel"},
+    ModelEntry{"whitted", "haste::WhittedModel"},
+    ModelEntry{"path", "haste::PathModel"},
+};
+
+/// A precision is a type of the core and a set of compiler options.
+struct PrecisionEntry {
+    std::string_view name;
+    std::string_view type;
+    std::string_view options;  ///< separated by spaces
+};
+
+constexpr std::array precisions{
+    PrecisionEntry{"watertight", "haste::Watertight", "--fmad=false"},
+};
+
+/// An engine is a header, a function template in it and the structure that the function is given.
+struct EngineEntry {
+    std::string_view name;
+    std::string_view header;
+    std::string_view function;
+    std::string_view parameters;
+};
+
+constexpr std::array engines{
+    EngineEntry{"depth_first", "cuda/kernels/depth_first.cuh", "haste::depth_first",
+                "haste::DepthFirstParams"},
+};
+
+template <class Entry>
+std::vector<std::string> names_of(std::span<const Entry> entries) {
+    std::vector<std::string> names;
+    for (const Entry& entry : entries) {
+        names.emplace_back(entry.name);
+    }
+    return names;
+}
+
+template <class Entry>
+const Entry& find(std::span<const Entry> entries, std::string_view name, std::string_view kind) {
+    std::string known;
+    for (const Entry& entry : entries) {
+        if (entry.name == name) {
+            return entry;
+        }
+        known += (known.empty() ? "" : ", ") + std::string(entry.name);
+    }
+    throw std::invalid_argument("haste-cuda has no kernel for the " + std::string(kind) + " '" +
+                                std::string(name) + "'; it has " + known);
+}
+
+struct IncludeRoot {
+    std::mutex mutex;
+    std::filesystem::path path;
+};
+
+IncludeRoot& shared_include_root() {
+    static IncludeRoot shared;
+    return shared;
+}
+
+std::string hexadecimal(std::uint32_t bits) {
+    std::array<char, 16> text{};
+    std::snprintf(text.data(), text.size(), "0x%x", bits);
+    return text.data();
+}
+
+}  // namespace
+
+std::string KernelSpecification::name() const {
+    return engine + " " + model + " " + precision + " features=" + hexadecimal(features) +
+           " stack=" + std::to_string(stack_capacity) + " count=" + (count_rays ? "1" : "0");
+}
+
+void set_include_root(const std::filesystem::path& root) {
+    IncludeRoot& shared = shared_include_root();
+    const std::lock_guard lock(shared.mutex);
+    shared.path = root;
+}
+
+std::filesystem::path include_root() {
+    IncludeRoot& shared = shared_include_root();
+    const std::lock_guard lock(shared.mutex);
+    if (shared.path.empty()) {
+        throw std::logic_error("the folder of the kernels' headers was not set");
+    }
+    return shared.path;
+}
+
+std::vector<std::string> kernel_models() { return names_of<ModelEntry>(models); }
+
+std::vector<std::string> kernel_engines() { return names_of<EngineEntry>(engines); }
+
+std::vector<std::string> kernel_precisions() { return names_of<PrecisionEntry>(precisions); }
+
+std::string kernel_source(const KernelSpecification& specification) {
+    const auto& engine = find<EngineEntry>(engines, specification.engine, "engine");
+    const auto& model = find<ModelEntry>(models, specification.model, "model");
+    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    if (specification.stack_capacity < 1) {
+        throw std::invalid_argument("a kernel's stack holds at least one ray, not " +
+                                    std::to_string(specification.stack_capacity));
+    }
+    std::string source = "#include \"" + std::string(engine.header) + "\"\n";
+    source += "extern \"C\" __global__ void " + std::string(kernel_entry) + "(" +
+              std::string(engine.parameters) + " parameters) {\n";
+    source += "    " + std::string(engine.function) + "<" + std::string(model.type) +
+              ", haste::Features<" + hexadecimal(specification.features) + "u>, " +
+              std::string(precision.type) + ", " + std::to_string(specification.stack_capacity) +
+              ", " + (specification.count_rays ? "true" : "false") + ">(parameters);\n}\n";
+    return source;
+}
+
+Translation kernel_translation(const KernelSpecification& specification, int architecture) {
+    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    Translation translation{.source = kernel_source(specification),
+                            .name = specification.engine + "_" + specification.model + ".cu",
+                            .include_root = include_root(),
+                            .architecture = architecture,
+                            .options = {}};
+    for (std::string_view rest = precision.options; !rest.empty();) {
+        const std::size_t end = std::min(rest.find(' '), rest.size());
+        translation.options.emplace_back(rest.substr(0, end));
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    return translation;
+}
+
+}  // namespace haste::cuda

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cuda/nvrtc.h"
+
+namespace haste::cuda {
+
+/// The function that every generated translation unit exports.
+inline constexpr const char* kernel_entry = "haste_kernel";
+
+/// Which of the core's templates a kernel instantiates. Names are those of the settings.
+struct KernelSpecification {
+    std::string engine = "depth_first";
+    std::string model;  ///< "haste", "whitted" or "path"
+    std::string precision = "watertight";
+    std::uint32_t features = 0;  ///< bits of haste::Features that the scene requires
+    int stack_capacity = 0;      ///< rays that the private stack holds
+    bool count_rays = false;
+
+    /// "depth_first haste watertight features=0x3f stack=12 count=0": names launches and errors.
+    [[nodiscard]] std::string name() const;
+};
+
+/// Names the folder that holds core/ and cuda/kernels/: where the kernels' headers are.
+void set_include_root(const std::filesystem::path& root);
+
+/// That folder. Throws std::logic_error if it was not set.
+[[nodiscard]] std::filesystem::path include_root();
+
+/// The models, engines and precisions that have kernels, as the settings name them.
+[[nodiscard]] std::vector<std::string> kernel_models();
+[[nodiscard]] std::vector<std::string> kernel_engines();
+[[nodiscard]] std::vector<std::string> kernel_precisions();
+
+/// The translation unit: one include and one kernel that calls the engine's template.
+/// Throws std::invalid_argument naming what is unknown or out of range.
+[[nodiscard]] std::string kernel_source(const KernelSpecification& specification);
+
+/// The same with all that the compiler needs; `architecture` is 10 * major + minor.
+/// Throws std::invalid_argument.
+[[nodiscard]] Translation kernel_translation(const KernelSpecification& specification,
+                                             int architecture);
+
+}  // namespace haste::cuda

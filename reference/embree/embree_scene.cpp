@@ -1,0 +1,194 @@
+#include "reference/embree/embree_scene.h"
+
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <stdexcept>
+
+#include "core/geometry/sphere.h"
+
+namespace haste {
+
+namespace {
+
+u32 owner_of(const EmbreeContext* context) {
+    return reinterpret_cast<const OwnerContext*>(context)->owner;
+}
+
+/// Filter of a light's geometry: the light that owns the sampled point never blocks it.
+void ignore_owner(const RTCFilterFunctionNArguments* arguments) {
+    if (RTCHitN_geomID(arguments->hit, arguments->N, 0) == owner_of(arguments->context)) {
+        arguments->valid[0] = 0;
+    }
+}
+
+void sphere_bounds(const RTCBoundsFunctionArguments* arguments) {
+    const auto& scene = *static_cast<const SceneArrays*>(arguments->geometryUserPtr);
+    const Vec3f c = scene.sphere_centre[arguments->primID];
+    // One part in 2^22 covers the rounding of centre -+ radius.
+    const float r = scene.sphere_radius[arguments->primID];
+    const float padded = r + gamma_bound<float>(4) * (r + max_norm(c));
+    *arguments->bounds_o = {c.x - padded, c.y - padded, c.z - padded, 0,
+                            c.x + padded, c.y + padded, c.z + padded, 0};
+}
+
+PrimitiveHit<float> hit_sphere(const SceneArrays& scene, u32 sphere, const RTCRay& ray) {
+    const PrimitiveHit<float> hit = intersect_sphere(
+        Vec3f{ray.org_x, ray.org_y, ray.org_z}, Vec3f{ray.dir_x, ray.dir_y, ray.dir_z},
+        scene.sphere_centre[sphere], scene.sphere_radius[sphere]);
+    return {hit.t, 0, 0, hit.found && hit.t > ray.tnear && hit.t <= ray.tfar};
+}
+
+void intersect_spheres(const RTCIntersectFunctionNArguments* arguments) {
+    if (!arguments->valid[0]) return;
+    auto& query = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
+    const auto& scene = *static_cast<const SceneArrays*>(arguments->geometryUserPtr);
+    const PrimitiveHit<float> hit = hit_sphere(scene, arguments->primID, query.ray);
+    if (!hit.found) return;
+    query.ray.tfar = hit.t;
+    query.hit.u = query.hit.v = 0;
+    query.hit.primID = arguments->primID;
+    query.hit.geomID = arguments->geomID;
+    query.hit.instID[0] = arguments->context->instID[0];
+}
+
+void occlude_spheres(const RTCOccludedFunctionNArguments* arguments) {
+    if (!arguments->valid[0]) return;
+    auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
+    const auto& scene = *static_cast<const SceneArrays*>(arguments->geometryUserPtr);
+    if (scene.sphere_shape[arguments->primID] == owner_of(arguments->context)) return;
+    const PrimitiveHit<float> hit = hit_sphere(scene, arguments->primID, ray);
+    if (hit.found && hit.t < ray.tfar) ray.tfar = -Numeric<float>::infinity;
+}
+
+void count_bytes(void* user, ssize_t bytes) {
+    *static_cast<std::size_t*>(user) += std::size_t(bytes);
+}
+
+}  // namespace
+
+EmbreeScene::EmbreeScene(const HostScene& scene, int threads)
+    : host_(scene), sphere_geometry_(u32(scene.arrays().shapes.size())) {
+    const auto start = std::chrono::steady_clock::now();
+    std::unique_ptr<tbb::global_control> limit;
+    if (threads > 0) {
+        limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                      std::size_t(threads));
+    }
+    device_.reset(rtcNewDevice(nullptr));
+    if (!device_) throw std::runtime_error("Embree cannot make a device");
+    rtcSetDeviceMemoryMonitorFunction(
+        device_.get(),
+        [](void* user, ssize_t bytes, bool) {
+            count_bytes(user, bytes);
+            return true;
+        },
+        &bytes_);
+    scene_.reset(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
+    for (u32 shape = 0; shape < scene.arrays().shapes.size(); ++shape) {
+        if (!scene.arrays().shapes[shape].is_sphere) attach_mesh(shape);
+    }
+    if (!scene.arrays().sphere_radius.empty()) attach_spheres();
+    rtcCommitScene(scene_.get());
+    if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE) {
+        throw std::runtime_error("Embree's build failed with error " + std::to_string(int(error)));
+    }
+    build_seconds_ =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void EmbreeScene::attach_mesh(u32 index) {
+    const SceneArrays& arrays = host_.arrays();
+    const Shape& shape = arrays.shapes[index];
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    // Embree reads four floats at the last vertex: its own copy is padded.
+    auto* vertices = static_cast<Vec3f*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                sizeof(Vec3f), 3 * std::size_t(shape.count)));
+    auto* indices = static_cast<u32*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(u32), shape.count));
+    if (vertices == nullptr || indices == nullptr) {
+        throw std::runtime_error("Embree has no memory for a mesh");
+    }
+    for (u32 i = 0; i < 3 * shape.count; ++i) {
+        vertices[i] = arrays.vertices[arrays.triangles[3 * std::size_t(shape.first) + i]];
+        indices[i] = i;
+    }
+    if (shape.light != no_light) rtcSetGeometryOccludedFilterFunction(geometry, ignore_owner);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene_.get(), geometry, index);
+    rtcReleaseGeometry(geometry);
+}
+
+void EmbreeScene::attach_spheres() {
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, unsigned(host_.arrays().sphere_radius.size()));
+    rtcSetGeometryUserData(geometry, const_cast<SceneArrays*>(&host_.arrays()));
+    rtcSetGeometryBoundsFunction(geometry, sphere_bounds, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, intersect_spheres);
+    rtcSetGeometryOccludedFunction(geometry, occlude_spheres);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene_.get(), geometry, sphere_geometry_);
+    rtcReleaseGeometry(geometry);
+}
+
+Hit<float> EmbreeScene::closest(const Ray<float>& ray) const {
+    OwnerContext context;
+    init_context(context, no_shape);
+    RTCRayHit query;
+    query.ray = {ray.origin.x,
+                 ray.origin.y,
+                 ray.origin.z,
+                 0.0f,
+                 ray.direction.x,
+                 ray.direction.y,
+                 ray.direction.z,
+                 0.0f,
+                 Numeric<float>::infinity,
+                 0xffffffffu,
+                 0,
+                 0};
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    embree_intersect(scene_.get(), context, query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+    const u32 first = query.hit.geomID == sphere_geometry_
+                          ? u32(host_.arrays().triangle_shape.size())
+                          : host_.arrays().shapes[query.hit.geomID].first;
+    return {query.ray.tfar, query.hit.u, query.hit.v, first + query.hit.primID};
+}
+
+bool EmbreeScene::occluded(const ShadowRay<float>& shadow) const {
+    OwnerContext context;
+    init_context(context, shadow.owner);
+    RTCRay ray = {shadow.origin.x,
+                  shadow.origin.y,
+                  shadow.origin.z,
+                  0.0f,
+                  shadow.direction.x,
+                  shadow.direction.y,
+                  shadow.direction.z,
+                  0.0f,
+                  shadow.t_max,
+                  0xffffffffu,
+                  0,
+                  0};
+    embree_occluded(scene_.get(), context, ray);
+    return ray.tfar < 0.0f;
+}
+
+std::string EmbreeScene::version() {
+    const RTCDevice device = rtcNewDevice(nullptr);
+    const auto part = [&](RTCDeviceProperty property) {
+        return std::to_string(rtcGetDeviceProperty(device, property));
+    };
+    std::string version = part(RTC_DEVICE_PROPERTY_VERSION_MAJOR) + "." +
+                          part(RTC_DEVICE_PROPERTY_VERSION_MINOR) + "." +
+                          part(RTC_DEVICE_PROPERTY_VERSION_PATCH);
+    rtcReleaseDevice(device);
+    return version;
+}
+
+}  // namespace haste

@@ -1,0 +1,22 @@
+"""What every test shares: pictures without a display, and one rule for tests that need a GPU."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+os.environ["MPLBACKEND"] = "Agg"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip the tests marked `gpu`, with the reason, where CUDA is unavailable."""
+    need_a_gpu = [item for item in items if item.get_closest_marker("gpu")]
+    if not need_a_gpu:
+        return
+    import haste_cuda
+
+    reason = haste_cuda.cuda_unavailable()
+    if reason is not None:
+        for item in need_a_gpu:
+            item.add_marker(pytest.mark.skip(reason=reason))

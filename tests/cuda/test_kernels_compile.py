@@ -1,0 +1,163 @@
+"""Every model's kernel compiles for every architecture, without a GPU and without spills.
+
+Compilations run two at a time while the tests wait for their own; the cache of compiled kernels
+makes a second run short.
+"""
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from harness.scene import load_scene, load_settings
+from harness.tracers.haste import to_core
+
+SCENES = sorted(path.parent for path in Path(__file__).parents[2].glob("scenes/*/scene.xml"))
+ARCHITECTURES = (75, 80, 90, 100)
+MODELS = ("haste", "whitted", "path")
+ALL_FEATURES = (1 << 12) - 1
+WORKERS = 2
+
+
+@dataclass(frozen=True)
+class Case:
+    """A kernel of the depth-first engine."""
+
+    model: str
+    features: int
+    stack: int
+    architecture: int = 90
+    count_rays: bool = False
+
+    def compile(self, core: ModuleType, *, use_cache: bool = True) -> dict[str, Any]:
+        return core.compile_kernel(
+            "depth_first",
+            self.model,
+            "watertight",
+            self.features,
+            self.stack,
+            self.count_rays,
+            architecture=self.architecture,
+            use_cache=use_cache,
+        )
+
+
+FULL = [
+    Case(model, ALL_FEATURES, 1 if model == "path" else 16, architecture)
+    for model in MODELS
+    for architecture in ARCHITECTURES
+]
+COUNTING = [Case(model, ALL_FEATURES, 1 if model == "path" else 16, 90, True) for model in MODELS]
+
+
+def scene_case(scene: Path, model: str) -> Case:
+    """The kernel that a render of the scene asks for."""
+    settings = load_settings(scene)
+    features = to_core(load_scene(scene, width=16, height=16), 2).features
+    pending = settings.ambient_samples if model == "haste" else 0
+    stack = 1 if model == "path" else settings.max_layers + 1 + pending
+    return Case(model, features, stack)
+
+
+@pytest.fixture(scope="module")
+def kernels(core: ModuleType) -> Iterator[dict[Case, Future[dict[str, Any]]]]:
+    """The compilations, by case; those of all features are under way from the start."""
+    reason = core.nvrtc_unavailable()
+    if reason is not None:
+        pytest.skip(reason)
+    with ThreadPoolExecutor(WORKERS) as pool:
+        futures = {case: pool.submit(case.compile, core) for case in FULL + COUNTING}
+        for scene in SCENES:
+            for model in load_settings(scene).models:
+                case = scene_case(scene, model)
+                if case not in futures:
+                    futures[case] = pool.submit(case.compile, core)
+        yield futures
+        pool.shutdown(cancel_futures=True)
+
+
+def check_kernel(case: Case, result: dict[str, Any]) -> None:
+    """A kernel without spills that a block of 256 threads can use, compiled without warnings."""
+    kernel = result["kernels"]["haste_kernel"]
+    assert kernel["spill_store_bytes"] == 0, f"{case}\n{result['log']}"
+    assert kernel["spill_load_bytes"] == 0, f"{case}\n{result['log']}"
+    assert 256 * kernel["registers"] <= 65536, f"{case}\n{result['log']}"
+    warnings = [line for line in result["log"].splitlines() if not line.startswith("ptxas")]
+    assert not warnings, f"{case}\n" + "\n".join(warnings)
+
+
+@pytest.mark.parametrize("case", FULL, ids=str)
+def test_a_kernel_with_all_features_spills_nothing(
+    kernels: dict[Case, Future[dict[str, Any]]], case: Case
+):
+    check_kernel(case, kernels[case].result())
+
+
+@pytest.mark.parametrize("case", COUNTING, ids=str)
+def test_a_kernel_that_counts_rays_spills_nothing(
+    kernels: dict[Case, Future[dict[str, Any]]], case: Case
+):
+    check_kernel(case, kernels[case].result())
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.name)
+def test_the_kernels_of_a_scene_spill_nothing(
+    kernels: dict[Case, Future[dict[str, Any]]], scene: Path
+):
+    for model in load_settings(scene).models:
+        case = scene_case(scene, model)
+        check_kernel(case, kernels[case].result())
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_features_that_a_scene_lacks_cost_no_code(
+    kernels: dict[Case, Future[dict[str, Any]]], model: str
+):
+    """The point of compiling for a scene's features: the box needs a fraction of the program."""
+    box = next(scene for scene in SCENES if scene.name == "cornell-box")
+    full = next(case for case in FULL if case.model == model and case.architecture == 90)
+    sizes = [len(kernels[case].result()["cubin"]) for case in (scene_case(box, model), full)]
+    assert sizes[0] < 0.9 * sizes[1], f"{model}: {sizes} bytes"
+
+
+def test_the_first_compilation_takes_at_most_five_seconds(compiler: ModuleType):
+    """Measured in the thread's own time, best of three: the machine may be doing other things."""
+    case = Case("haste", ALL_FEATURES, 16)
+    seconds = []
+    for _ in range(3):
+        start = time.thread_time()
+        case.compile(compiler, use_cache=False)
+        seconds.append(time.thread_time() - start)
+        if seconds[-1] <= 5:
+            return
+    pytest.fail(f"{case} took {seconds} s")
+
+
+@pytest.mark.usefixtures("cache")
+def test_a_cached_kernel_loads_within_50_ms(compiler: ModuleType):
+    case = Case("whitted", 0b1011, 4)
+    assert not case.compile(compiler)["cached"]
+    loads = sorted(case.compile(compiler)["seconds"] for _ in range(5))
+    assert loads[2] <= 0.05, f"median of {loads} s"
+
+
+@pytest.mark.parametrize(
+    ("setting", "names"),
+    [("model", "kernel_models"), ("engine", "kernel_engines"), ("precision", "kernel_precisions")],
+)
+def test_an_unknown_name_is_refused_with_the_known_ones(core: ModuleType, setting: str, names: str):
+    arguments = {"engine": "depth_first", "model": "path", "precision": "watertight"}
+    arguments[setting] = "no-such"
+    with pytest.raises(ValueError, match="no-such") as raised:
+        core.kernel_source(**arguments, features=1, stack_capacity=1)
+    assert all(name in str(raised.value) for name in getattr(core, names)())
+
+
+def test_a_stack_without_room_is_refused(core: ModuleType):
+    with pytest.raises(ValueError, match="at least one ray, not 0"):
+        core.kernel_source("depth_first", "path", "watertight", 1, 0)

@@ -1,0 +1,89 @@
+"""Renders on the GPU: equal bits however they are launched, and the CPU's image."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import haste_cuda
+from harness.scene import load_scene, load_settings
+from harness.tracers.haste import to_core, to_core_settings
+
+pytestmark = pytest.mark.gpu
+
+SCENES = sorted(path.parent for path in Path(__file__).parents[2].glob("scenes/*/scene.xml"))
+MODELS = ("haste", "whitted", "path")
+SIZE = 32
+SAMPLES = 16
+
+
+@pytest.fixture(scope="module", params=SCENES, ids=lambda path: path.name)
+def scene(request: pytest.FixtureRequest) -> tuple[Path, Any]:
+    """A scene's folder and the scene itself."""
+    return request.param, to_core(load_scene(request.param, width=SIZE, height=SIZE), 2)
+
+
+def render(scene: tuple[Path, Any], model: str, side: str = "cuda", **schedule: Any) -> Any:
+    """Render with fixed seed and samples, on either side."""
+    folder, core = scene
+    settings = to_core_settings(load_settings(folder).render(model, SIZE, SIZE))
+    function = haste_cuda.render_cuda if side == "cuda" else haste_cuda.render_cpu
+    return function(core, model, settings, **{"seed": 7, "samples": SAMPLES, **schedule})
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_film_bits_depend_on_neither_block_size_nor_run(scene: tuple[Path, Any], model: str):
+    blocks = (64, 128, 256, 128, 128)
+    films = [render(scene, model, block=block)["film_sha256"] for block in blocks]
+    assert len(set(films)) == 1, f"{scene[0].name} {model}: {dict(zip(blocks, films, strict=True))}"
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_another_seed_gives_other_bits(scene: tuple[Path, Any], model: str):
+    """Negative control of the claim of equal bits."""
+    assert render(scene, model)["film_sha256"] != render(scene, model, seed=8)["film_sha256"]
+
+
+def share_of_unequal_pixels(a: np.ndarray, b: np.ndarray) -> float:
+    """Share of pixels that differ by more than 1e-4 of the image's mean."""
+    return float(np.mean(np.abs(a - b).max(axis=-1) > 1e-4 * b.mean()))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_gpu_and_cpu_follow_the_same_paths(scene: tuple[Path, Any], model: str):
+    """Both draw the same random numbers; only elementary functions differ, by an ulp or two.
+
+    An ulp moves a value by 1e-7 of itself, far below the threshold, and turns a comparison (at the
+    rim of a shadow, say) so rarely that 1 % of the pixels is a generous bound. Films of two seeds
+    share no pixels but black ones.
+    """
+    gpu = render(scene, model, count_rays=True)
+    cpu = render(scene, model, "cpu", count_rays=True)
+    unequal = share_of_unequal_pixels(gpu["film"], cpu["film"])
+    assert unequal <= 0.01, f"{scene[0].name} {model}: {unequal:.2%} of the pixels differ"
+    for rays in ("camera", "shadow", "ambient", "bounce"):
+        assert gpu[rays] == pytest.approx(cpu[rays], rel=1e-3), f"{scene[0].name} {model} {rays}"
+
+
+def test_another_seed_is_another_path():
+    """Negative control of the comparison with the CPU."""
+    folder = next(path for path in SCENES if path.name == "cornell-box")
+    box = (folder, to_core(load_scene(folder, width=SIZE, height=SIZE), 2))
+    gpu, cpu = render(box, "path"), render(box, "path", "cpu", seed=8)
+    assert share_of_unequal_pixels(gpu["film"], cpu["film"]) > 0.5
+
+
+def test_counting_rays_changes_no_bit(scene: tuple[Path, Any]):
+    counted = render(scene, "path", count_rays=True)
+    assert counted["film_sha256"] == render(scene, "path")["film_sha256"]
+    assert counted["camera"] == SIZE * SIZE * SAMPLES
+
+
+def test_a_refused_launch_names_the_kernel_and_leaves_the_device_usable(scene: tuple[Path, Any]):
+    before = render(scene, "path")
+    if 1024 * before["registers"] <= 65536:
+        pytest.skip(f"a block of 1024 threads fits: {before['registers']} registers a thread")
+    with pytest.raises(haste_cuda.CudaError, match="depth_first path watertight"):
+        render(scene, "path", block=1024)
+    assert render(scene, "path")["film_sha256"] == before["film_sha256"]

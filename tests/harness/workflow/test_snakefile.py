@@ -1,0 +1,58 @@
+"""The workflow as a user meets it: the command line, without rendering anything."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from harness.measure.config import ROOT
+
+
+def snakemake(*arguments: str) -> subprocess.CompletedProcess[str]:
+    # The lock of a run in the same folder is none of the tests' business.
+    command = [sys.executable, "-m", "snakemake", "--nolock", *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+def test_a_dry_run_plans_two_jobs_a_scene_then_tables_and_report(tmp_path: Path):
+    done = snakemake("--dry-run", "--config", f"results_dir={tmp_path}")
+    assert done.returncode == 0, done.stdout + done.stderr
+    text = done.stdout + done.stderr
+    for scene in ("cornell-box", "three-spheres", "skull", "mirror-glass", "hard"):
+        assert f"{scene}: ground truth" in text, text
+        assert f"{scene}: images and times of every tracer" in text, text
+    assert "Report of the run" in text and "Tables of the run" in text, text
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("scenes=no-such-scene", "unknown scene 'no-such-scene'"),
+        ("tracers=[povray]", "config: tracers.0: 'povray' is not one of"),
+    ],
+)
+def test_an_impossible_setting_stops_the_workflow_with_one_message(
+    tmp_path: Path, setting: str, message: str
+):
+    done = snakemake("--dry-run", "--config", f"results_dir={tmp_path}", setting)
+    text = done.stdout + done.stderr
+    assert done.returncode != 0, text
+    assert message in text, text
+    assert "Traceback" not in text, text
+
+
+def test_the_linter_finds_nothing():
+    done = snakemake("--lint")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_timed_jobs_own_every_core():
+    for rule in ("truth", "measure"):
+        text = (ROOT / "harness" / "rules" / f"{rule}.smk").read_text()
+        assert "threads: workflow.cores" in text, rule
+
+
+def test_the_snakefile_stays_short():
+    lines = (ROOT / "Snakefile").read_text().splitlines()
+    assert len(lines) <= 40, len(lines)

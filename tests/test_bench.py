@@ -1,0 +1,327 @@
+"""The commands of `./bench`, on copies of it with stand-ins for pip, apt-get and sudo."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+TOOLS = """
+    bash cat cp dirname env find mkdir pwd realpath rm sed sha256sum sort tail touch true xargs
+"""
+
+PYTHON = """#!/usr/bin/env bash
+# Stands in for an interpreter: notes what it is asked, makes "virtual environments" of itself.
+case "$1 $2" in
+    "-m venv") mkdir -p "$3/bin" && cp "$0" "$3/bin/python" ;;
+    "-m pip") [[ ! -e $STATE/no-network ]] ;;
+    "-c import sys"*) [[ ! -e $STATE/python-is-old ]] ;;
+esac
+status=$?
+[[ $1 == -m ]] && echo "python $*" >>"$STATE/calls"
+exit $status
+"""
+
+APT_GET = """#!/usr/bin/env bash
+# Stands in for apt-get: installing git puts one on PATH, unless the package lists are missing.
+echo "apt-get $*" >>"$STATE/calls"
+[[ ! -e $STATE/apt-is-broken ]] || exit 100
+case $1 in
+    update) rm -f "$STATE/no-lists" ;;
+    install) [[ ! -e $STATE/no-lists ]] && cp "$STATE/bin/true" "$STATE/bin/git" ;;
+esac
+"""
+
+SUDO = """#!/usr/bin/env bash
+[[ ! -e $STATE/sudo-is-refused ]] || exit 1
+[[ $1 == -n ]] && shift
+exec "$@"
+"""
+
+
+@dataclass(frozen=True)
+class Checkout:
+    """A copy of `bench` in a folder whose name has spaces, on a machine made of stand-ins."""
+
+    root: Path
+    state: Path
+
+    def run(self, *arguments: str, user: str | None = None) -> subprocess.CompletedProcess[str]:
+        environment = {
+            "PATH": str(self.state / "bin"),
+            "STATE": str(self.state),
+            "DRJIT_LIBLLVM_PATH": str(self.state / "libLLVM-19.so"),
+        }
+        return subprocess.run(
+            [str(self.root / "bench"), *arguments],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+            user=user,
+        )
+
+    def calls(self) -> list[str]:
+        """The calls of stand-ins since the last time."""
+        notes = self.state / "calls"
+        lines = notes.read_text().splitlines() if notes.exists() else []
+        notes.unlink(missing_ok=True)
+        return lines
+
+    def arrange(self, *facts: str) -> None:
+        for fact in facts:
+            (self.state / fact).touch()
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Checkout:
+    root = tmp_path / "a path with spaces" / "haste"
+    state = tmp_path / "state"
+    (state / "bin").mkdir(parents=True)
+    (state / "libLLVM-19.so").touch()
+    for tool in TOOLS.split():
+        found = shutil.which(tool)
+        assert found, f"{tool} is not on PATH"
+        (state / "bin" / tool).symlink_to(found)
+    for compiler in ("c++", "git"):
+        (state / "bin" / compiler).symlink_to(state / "bin" / "true")
+    for name, text in {"python3": PYTHON, "apt-get": APT_GET, "sudo": SUDO}.items():
+        script = state / "bin" / name
+        script.write_text(text)
+        script.chmod(0o755)
+
+    (root / "haste_cuda" / "core").mkdir(parents=True)
+    (root / "reference" / "embree").mkdir(parents=True)
+    (root / "haste_cuda" / "core" / "config.h").write_text("// one\n")
+    (root / "haste_cuda" / "__init__.py").touch()
+    for name in ("bench", "requirements.lock", "requirements-cu12.lock", "pyproject.toml"):
+        shutil.copy(REPOSITORY / name, root / name)
+    shutil.copy(REPOSITORY / "CMakeLists.txt", root)
+    return Checkout(root, state)
+
+
+def steps(calls: list[str]) -> list[str]:
+    """What set-up did, in words."""
+    words = {"-m venv": "venv", "--requirement": "packages", "--editable": "extension"}
+    return [next((words[key] for key in words if key in call), call) for call in calls]
+
+
+def test_help_lists_every_command(checkout: Checkout) -> None:
+    result = checkout.run("help")
+    assert result.returncode == 0, result.stderr
+    for command in (
+        "all",
+        "test",
+        "check",
+        "lint",
+        "setup",
+        "clean",
+        "help",
+        "--no-setup",
+        "PYTHON=",
+    ):
+        assert f"  {command}" in result.stdout
+
+
+def test_an_unknown_command_exits_2_with_the_usage(checkout: Checkout) -> None:
+    result = checkout.run("rander")
+    assert result.returncode == 2
+    assert "unknown command: rander" in result.stderr
+    assert "Usage: ./bench COMMAND" in result.stderr
+
+
+def test_set_up_does_what_is_missing_and_a_second_time_nothing(checkout: Checkout) -> None:
+    first = checkout.run("setup")
+    assert first.returncode == 0, first.stderr
+    assert steps(checkout.calls()) == ["venv", "packages", "extension"]
+
+    started = time.monotonic()
+    second = checkout.run("setup")
+    seconds = time.monotonic() - started
+    assert second.returncode == 0, second.stderr
+    assert checkout.calls() == []
+    assert seconds < 1, f"a set-up with nothing to do took {seconds:.2f} s"
+
+
+def test_an_interrupted_first_run_is_done_again(checkout: Checkout) -> None:
+    checkout.arrange("no-network")
+    broken = checkout.run("setup")
+    assert broken.returncode == 1
+    assert "failed" in broken.stderr
+    assert steps(checkout.calls()) == ["venv", "packages"]
+
+    (checkout.state / "no-network").unlink()
+    assert checkout.run("setup").returncode == 0
+    assert steps(checkout.calls()) == ["venv", "packages", "extension"]
+
+
+def test_only_what_changed_is_set_up_again(checkout: Checkout) -> None:
+    assert checkout.run("setup").returncode == 0
+    checkout.calls()
+
+    (checkout.root / "haste_cuda" / "__init__.py").write_text("# changed\n")
+    assert checkout.run("setup").returncode == 0
+    assert steps(checkout.calls()) == []
+
+    (checkout.root / "haste_cuda" / "core" / "config.h").write_text("// two\n")
+    assert checkout.run("setup").returncode == 0
+    assert steps(checkout.calls()) == ["extension"]
+
+    with (checkout.root / "requirements.lock").open("a") as lock:
+        lock.write("# changed\n")
+    assert checkout.run("setup").returncode == 0
+    assert steps(checkout.calls()) == ["venv", "packages", "extension"]
+
+
+def test_a_moved_repository_gets_a_new_environment(checkout: Checkout) -> None:
+    assert checkout.run("setup").returncode == 0
+    checkout.calls()
+    moved = Checkout(checkout.root.with_name("moved"), checkout.state)
+    checkout.root.rename(moved.root)
+    assert moved.run("setup").returncode == 0
+    assert steps(moved.calls()) == ["venv", "packages", "extension"]
+
+
+def test_nothing_is_fetched_where_everything_is_there(checkout: Checkout) -> None:
+    assert checkout.run("setup").returncode == 0
+    checkout.calls()
+    checkout.arrange("no-network", "apt-is-broken")
+    for command in ("setup", "test", "check"):
+        checkout.run(command)
+    assert [call for call in checkout.calls() if "pip" in call or "apt-get" in call] == []
+
+
+def test_a_missing_package_is_installed_without_fetching_the_lists(checkout: Checkout) -> None:
+    (checkout.state / "bin" / "git").unlink()
+    result = checkout.run("setup")
+    assert result.returncode == 0, result.stderr
+    apt = [call for call in checkout.calls() if call.startswith("apt-get")]
+    assert apt == ["apt-get install --yes --no-install-recommends git"]
+
+
+def test_the_package_lists_are_fetched_where_installing_needs_them(checkout: Checkout) -> None:
+    (checkout.state / "bin" / "git").unlink()
+    checkout.arrange("no-lists")
+    result = checkout.run("setup")
+    assert result.returncode == 0, result.stderr
+    apt = [call.split()[1] for call in checkout.calls() if call.startswith("apt-get")]
+    assert apt == ["install", "update", "install"]
+
+
+def refusal_names_the_command(result: subprocess.CompletedProcess[str]) -> None:
+    assert result.returncode == 1, result.stderr
+    assert "cannot be installed from here: git" in result.stderr
+    assert "apt-get update && apt-get install --yes git\n" in result.stderr
+
+
+def test_a_failing_apt_get_is_reported_with_the_exact_command(checkout: Checkout) -> None:
+    (checkout.state / "bin" / "git").unlink()
+    checkout.arrange("apt-is-broken")
+    refusal_names_the_command(checkout.run("setup"))
+    assert [call for call in checkout.calls() if call.startswith("python")] == []
+
+
+def test_a_machine_without_apt_get_is_told_the_exact_command(checkout: Checkout) -> None:
+    for name in ("git", "apt-get"):
+        (checkout.state / "bin" / name).unlink()
+    refusal_names_the_command(checkout.run("setup"))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_a_user_whom_sudo_refuses_is_told_the_exact_command(checkout: Checkout) -> None:
+    (checkout.state / "bin" / "git").unlink()
+    checkout.arrange("sudo-is-refused")
+    private = [folder for folder in checkout.root.parents if folder.stat().st_uid == os.geteuid()]
+    modes = {folder: folder.stat().st_mode for folder in private}
+    for folder in private:
+        folder.chmod(modes[folder] | 0o055)
+    try:
+        result = checkout.run("setup", user="nobody")
+    finally:
+        for folder in private:
+            folder.chmod(modes[folder])
+    refusal_names_the_command(result)
+    assert checkout.calls() == [], "apt-get was tried without the right to"
+
+
+def test_an_old_python_is_refused_with_the_versions_that_serve(checkout: Checkout) -> None:
+    checkout.arrange("python-is-old")
+    result = checkout.run("setup")
+    assert result.returncode == 1
+    assert "Python 3.11, 3.12 or 3.13 is needed" in result.stderr
+
+
+def test_no_setup_without_an_environment_names_what_is_missing(checkout: Checkout) -> None:
+    result = checkout.run("test", "--no-setup")
+    assert result.returncode == 1
+    assert "there is no .venv/bin/python" in result.stderr
+    assert checkout.calls() == []
+
+
+def run_here(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """`bench` with the interpreter of these tests and the machine as it is."""
+    return subprocess.run(
+        [str(root / "bench"), *arguments, "--no-setup"],
+        env=os.environ | {"PYTHON": sys.executable},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+@pytest.fixture
+def small_project(tmp_path: Path) -> Path:
+    root = tmp_path / "a path with spaces"
+    root.mkdir()
+    shutil.copy(REPOSITORY / "bench", root)
+    return root
+
+
+def test_tests_run_from_a_path_with_spaces(small_project: Path) -> None:
+    (small_project / "test_small.py").write_text("def test_one():\n    pass\n")
+    result = run_here(small_project, "test", "-q", "-p", "no:cacheprovider", "test_small.py")
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "1 passed" in result.stdout
+
+
+def test_a_second_run_of_all_says_that_nothing_is_to_be_done(small_project: Path) -> None:
+    (small_project / "Snakefile").write_text(
+        'rule all:\n    output: "results/report.html"\n    shell: "touch {output:q}"\n'
+    )
+    first = run_here(small_project, "all", "--cores", "1")
+    assert first.returncode == 0, first.stderr
+    assert f"the report is {small_project}/results/report.html" in first.stderr
+
+    started = time.monotonic()
+    second = run_here(small_project, "all", "--cores", "1")
+    seconds = time.monotonic() - started
+    assert second.returncode == 0, second.stderr
+    assert "Nothing to be done" in second.stderr
+    assert seconds < 15, f"a run with nothing to do took {seconds:.1f} s"
+
+
+def test_clean_keeps_what_is_published(small_project: Path) -> None:
+    for folder in ("results/published/run", "results/baseline", "results/scenes", "build", ".venv"):
+        (small_project / folder).mkdir(parents=True)
+    result = run_here(small_project, "clean")
+    assert result.returncode == 0, result.stderr
+    left = {str(path.relative_to(small_project)) for path in small_project.rglob("*")}
+    assert left == {
+        ".venv",
+        "bench",
+        "results",
+        "results/baseline",
+        "results/published",
+        "results/published/run",
+    }
