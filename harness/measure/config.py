@@ -13,6 +13,8 @@ from jsonschema.exceptions import best_match
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULT_PRESET = ROOT / "config" / "quick.yaml"
 SCHEMA = ROOT / "harness" / "schemas" / "config.schema.yaml"
+CONVERGENCE_SEED = 10_000
+"""First seed of the convergence images: apart from those of the variance and of the truth."""
 DOUBLINGS = 6
 """Fewer doublings do not tell a slope of -1 from one that flattens."""
 

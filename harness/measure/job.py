@@ -4,6 +4,7 @@ Each image is a file that is complete or not there, and so is each table of time
 interrupted goes on from those whose key says that they are still what is wanted.
 """
 
+import resource
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -153,6 +154,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
             "scene": name,
             "threads": threads,
             "seconds": seconds,
+            "processor_seconds": _processor_seconds(),
             "renders": progress.done,
             "planned": planned,
             "failed": [row for row in rows if row["status"] == "failed"],
@@ -161,7 +163,16 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     return summary
 
 
+def _processor_seconds() -> float:
+    """Processor time of this process and of its workers, which have ended by now."""
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
+
+
 def _say_budget(config: Config, progress: Progress) -> None:
+    text = f"{progress.done} renders in {progress.elapsed:.0f} s"
     budget = config.values.get("budget_seconds")
-    share = f", of {budget / len(config.scenes):.0f} s planned for a scene" if budget else ""
-    progress.say(f"{progress.done} renders in {progress.elapsed:.0f} s{share} (truth apart)")
+    if budget:
+        text += f"; {budget / len(config.scenes):.0f} s are planned for a scene, its truth included"
+    # Much less processor time than threads times seconds: somebody else was at work.
+    progress.say(f"{text}; {_processor_seconds():.0f} s of processor time")

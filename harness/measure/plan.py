@@ -6,10 +6,10 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TypeVar
 
-from harness.measure.config import Config
+from harness.measure.config import CONVERGENCE_SEED, Config
 from harness.measure.files import key_of
 from harness.measure.messages import Render
-from harness.measure.provenance import CONVERGENCE_SEED, tracer_code
+from harness.measure.provenance import tracer_code
 from harness.scene import RenderSettings, Scene
 
 Planned = TypeVar("Planned")

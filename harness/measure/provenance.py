@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from harness.measure.config import ROOT, Config
+from harness.measure.config import CONVERGENCE_SEED, ROOT, Config
 from harness.measure.files import hash_files
 from harness.measure.inputs import extension_path
 from harness.scene import Scene
@@ -122,11 +122,13 @@ def _extension() -> dict[str, Any] | None:
         return None
     try:
         import haste_cuda
-
-        build: object = haste_cuda.build_info()
-    except (ImportError, AttributeError) as error:
-        build = f"not known: {error}"
-    return {"sha256": hashlib.sha256(path.read_bytes()).hexdigest(), "build": build}
+    except ImportError as error:
+        return {"unusable": str(error)}
+    return {
+        "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "build": dict(haste_cuda.build_info()),
+        "device": dict(haste_cuda.device_info()) if not haste_cuda.cuda_unavailable() else None,
+    }
 
 
 def commit() -> tuple[str | None, bool | None]:
@@ -140,7 +142,6 @@ def machine() -> dict[str, Any]:
     """Describe the machine as it is now."""
     load = os.getloadavg()
     return {
-        "host": platform.node(),
         "system": platform.platform(),
         "processor": _processor(),
         "cores": os.cpu_count(),
@@ -176,7 +177,7 @@ def provenance(config: Config, scene: Scene, threads: int) -> dict[str, Any]:
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "commit": head,
         "dirty": dirty,
-        "command": sys.argv,
+        "command": ["python", "-m", "harness", *sys.argv[1:]],
         "machine": machine(),
         "threads": threads,
         "python": platform.python_version(),
@@ -195,7 +196,3 @@ def provenance(config: Config, scene: Scene, threads: int) -> dict[str, Any]:
         },
         "sources_sha256": hash_files(sources()),
     }
-
-
-CONVERGENCE_SEED = 10_000
-"""First seed of the convergence images: apart from those of the variance and of the truth."""

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
 from harness.report.style import FAINT, INK, colour_of, figure_style, make_panels, marker_of
 from harness.report.tables import find_knee
@@ -153,6 +153,10 @@ def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Fig
             axes.set_yscale("log")
             axes.xaxis.set_minor_locator(NullLocator())
             axes.yaxis.set_minor_locator(NullLocator())
+            x_values = [x for x, _ in corners]
+            narrow = max(x_values) < 1e3 * min(x_values)
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,)))
+            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.margins(0.08)
             _equal_efficiency(axes, np.array(corners))
             axes.set_title(model)

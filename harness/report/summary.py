@@ -184,7 +184,7 @@ def reproduce(provenance: Mapping[str, Any], jobs: list[SceneJob]) -> str:
     lines = [
         f"git checkout {commit}",
         f"./bench all{settings}",
-        "./bench check",
+        "./bench check" + ("" if run == "quick" else f" --settings config/{run}.yaml"),
         "",
         "# one scene only",
         f"./bench all{settings} --config scenes={jobs[0].name}",

@@ -40,7 +40,7 @@ def test_settings_for_one_tracer_come_before_those_for_one_scene(make_config: An
     )
     assert config.seeds_spp("lamp", "path", "embree") == 2
     assert config.seeds_spp("lamp", "path", "haste-cpu") == 64
-    assert config.seeds_spp("lamp", "haste", "haste-cpu") == 64
+    assert config.seeds_spp("lamp", "haste", "haste-cpu") == config["seeds"]["spp"]["haste"]
     assert config.truth_spp("lamp", "path") == 512
     assert config.converges("haste-cpu")
     assert not config.converges("embree")
