@@ -22,19 +22,20 @@ public:
         Ray<float> ray{};
         ray.origin = shadow.origin;
         ray.direction = shadow.direction;
+        // Surfaces that are let through shorten what is left of the segment, so the walk ends.
+        float remaining = shadow.t_max;
         for (;;) {
             const Hit<float> hit = inner_.closest(ray);
-            if (!hit.found() || hit.t >= 1.0f) return false;
+            if (!hit.found() || hit.t >= remaining) return false;
             const Surface<float> surface = surface_at<EveryFeature>(scene_, ray, hit);
             const Material<float>& material =
                 scene_.materials[scene_.shapes[surface.shape].material];
             const bool clear =
                 material.kind == MaterialKind::dielectric || material.transmission > 0.0f;
             if (!clear && surface.shape != shadow.owner) return true;
-            const Vec3f target = ray.origin + ray.direction;
+            remaining -= hit.t;
             ray.origin = Watertight::Offset::apply(surface.point, surface.geometric_normal,
                                                    surface.scale, ray.direction);
-            ray.direction = target - ray.origin;
         }
     }
 
