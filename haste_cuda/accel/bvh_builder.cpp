@@ -47,8 +47,9 @@ float up(double x) {
 }
 
 class Builder {
-   public:
-    Builder(const SceneArrays& arrays) : arrays_(arrays), triangles_(arrays.triangle_shape.size()) {}
+public:
+    Builder(const SceneArrays& arrays)
+        : arrays_(arrays), triangles_(arrays.triangle_shape.size()) {}
 
     BuiltBvh build(int threads) {
         const auto start = std::chrono::steady_clock::now();
@@ -57,8 +58,8 @@ class Builder {
             limit = std::make_unique<tbb::global_control>(
                 tbb::global_control::max_allowed_parallelism, std::size_t(threads));
         }
-        const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr),
-                                                                               rtcReleaseDevice);
+        const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(
+            rtcNewDevice(nullptr), rtcReleaseDevice);
         if (!device) throw std::runtime_error("Embree cannot make a device");
         const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()),
                                                                       rtcReleaseBVH);
@@ -101,8 +102,10 @@ class Builder {
             return leaf;
         };
         arguments.splitPrimitive = [](const RTCBuildPrimitive* primitive, unsigned dimension,
-                                      float position, RTCBounds* left, RTCBounds* right, void* self) {
-            static_cast<const Builder*>(self)->split(*primitive, dimension, position, *left, *right);
+                                      float position, RTCBounds* left, RTCBounds* right,
+                                      void* self) {
+            static_cast<const Builder*>(self)->split(*primitive, dimension, position, *left,
+                                                     *right);
         };
         arguments.userPtr = this;
         const auto* root = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
@@ -115,7 +118,7 @@ class Builder {
         return finish(elapsed.count());
     }
 
-   private:
+private:
     const Vec3f& vertex(u32 triangle, int corner) const {
         return arrays_.vertices[arrays_.triangles[3 * std::size_t(triangle) + corner]];
     }
@@ -135,9 +138,9 @@ class Builder {
         for (std::size_t i = 0; i < spheres; ++i) {
             const Vec3f& c = arrays_.sphere_centre[i];
             const double r = arrays_.sphere_radius[i];
-            primitives[triangles_ + i] = {down(c.x - r), down(c.y - r), down(c.z - r), 0,
-                                          up(c.x + r),   up(c.y + r),   up(c.z + r),
-                                          u32(triangles_ + i)};
+            primitives[triangles_ + i] = {
+                down(c.x - r), down(c.y - r), down(c.z - r), 0,
+                up(c.x + r),   up(c.y + r),   up(c.z + r),   u32(triangles_ + i)};
         }
         return primitives;
     }
@@ -291,6 +294,8 @@ class Builder {
 
 }  // namespace
 
-BuiltBvh build_bvh2(const SceneArrays& arrays, int threads) { return Builder(arrays).build(threads); }
+BuiltBvh build_bvh2(const SceneArrays& arrays, int threads) {
+    return Builder(arrays).build(threads);
+}
 
 }  // namespace haste

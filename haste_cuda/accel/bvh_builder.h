@@ -10,9 +10,9 @@ struct BuiltBvh {
     BvhInfo info;
 };
 
-/// Builds with Embree's builder (surface-area heuristic with spatial splits) and lays the tree out in
-/// depth-first order. The same tree at any number of threads; `threads` 0 means all.
-/// Throws std::runtime_error with Embree's message, or where the tree is deeper than the traversal's
+/// Builds with Embree's builder (surface-area heuristic with spatial splits) and lays the tree out
+/// in depth-first order. The same tree at any number of threads; `threads` 0 means all. Throws
+/// std::runtime_error with Embree's message, or where the tree is deeper than the traversal's
 /// stack.
 BuiltBvh build_bvh2(const SceneArrays& arrays, int threads);
 

@@ -51,6 +51,16 @@ Candidates& candidates() {
     return shared;
 }
 
+/// NVRTC 13.0 looks for its built-in functions on the system's path only; wheels have them beside
+/// it. Loaded first, they are found by their name. Where there is no such file, NVRTC finds its
+/// own.
+void load_builtins(const std::string& path, int version) {
+    const std::string name = "libnvrtc-builtins.so." + std::to_string(version / 1000) + "." +
+                             std::to_string(version % 1000 / 10);
+    std::string unused;
+    (void)SharedLibrary::load(path.substr(0, path.rfind('/') + 1) + name, unused);
+}
+
 Compiler load_compiler(const std::string& path) {
     Compiler compiler{};
     compiler.path = path;
@@ -86,6 +96,7 @@ Compiler load_compiler(const std::string& path) {
         return compiler;
     }
     compiler.version = 1000 * major + 10 * minor;
+    load_builtins(path, compiler.version);
     if (compiler.version < oldest_version) {
         compiler.unavailable = path + " is of CUDA " + version_text(compiler.version) + "; " +
                                version_text(oldest_version) + " or newer is needed";

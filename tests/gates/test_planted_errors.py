@@ -26,7 +26,7 @@ SCENE = Path(__file__).parents[2] / "scenes" / "hard"
 SIZE = 64
 SEEDS = 16
 BATCHES = 16
-SPP = 32
+SPP = 16
 TRUTH_SPP = 64
 IMAGES_OF_A_RUN = 5 * 3 * 3
 """Scenes, models and tracers of the default run: the family of its tile tests."""

@@ -13,9 +13,10 @@ HASTE_HD Vec3<Real> reflect(const Vec3<Real>& direction, const Vec3<Real>& n) {
 /// Snell's law at one point.
 template <class Real>
 struct Refraction {
-    Vec3<Real> direction;
-    Real cosine_incident, cosine_transmitted;
-    bool total;  ///< total internal reflection: there is no direction
+    Vec3<Real> direction{};
+    Real cosine_incident = 0;
+    Real cosine_transmitted = 0;
+    bool total = false;  ///< total internal reflection: there is no direction
 };
 
 /// Refraction of `view` (unit, pointing away) at `n`, turned to the viewer's side; `eta` is the

@@ -33,7 +33,7 @@ public:
             weight = power_heuristic(ray.pdf, uniform_sphere_pdf() / Real(emitter_count_));
         }
         out.radiance(ray, ray.contribution * scene_.environment * weight,
-                     numbers(ray).block(0).word[0]);
+                     spare_bits(numbers(ray).block(scatter_block)));
     }
 
     template <class Out>
@@ -41,22 +41,27 @@ public:
         const Surface<Real> surface = surface_at<F>(scene_, ray, hit);
         const Shape& shape = scene_.shapes[surface.shape];
         const Vec3<Real> view = -ray.direction;
-        const PhiloxBlock first = numbers(ray).block(0);
+        const PhiloxBlock scatter = numbers(ray).block(scatter_block);
 
         if (shape.light != no_light && dot(surface.shading_normal, view) > Real(0)) {
-            emission(ray, hit, surface, scene_.lights[shape.light], first.word[0], out);
+            emission(ray, hit, surface, scene_.lights[shape.light], spare_bits(scatter), out);
         }
         if (ray.layer + 1u >= settings_.max_depth) return;
 
         const PhongBsdf<F, Real> bsdf(scene_.materials[shape.material], surface.shading_normal,
                                       view);
         if (bsdf.has_smooth_lobe() && emitter_count_ > 0) {
-            sample_emitter(ray, surface, bsdf, first.word[1], out);
+            sample_emitter(ray, surface, bsdf, out);
         }
-        continue_path(ray, surface, bsdf, first, out);
+        continue_path(ray, surface, bsdf, scatter, out);
     }
 
 private:
+    /// Dimensions of a vertex's random numbers: lobe, direction and roulette; emitter and its
+    /// point.
+    static constexpr u32 scatter_block = 0;
+    static constexpr u32 emitter_block = 1;
+
     HASTE_HD bool has_environment() const { return F::environment && !is_zero(scene_.environment); }
 
     HASTE_HD RandomSource numbers(const Ray<Real>& ray) const {
@@ -85,15 +90,15 @@ private:
 
     template <class Out>
     HASTE_HD void sample_emitter(const Ray<Real>& ray, const Surface<Real>& surface,
-                                 const PhongBsdf<F, Real>& bsdf, u32 choice, Out& out) const {
-        const PhiloxBlock random = numbers(ray).block(1);
+                                 const PhongBsdf<F, Real>& bsdf, Out& out) const {
+        const PhiloxBlock random = numbers(ray).block(emitter_block);
         const Real u = uniform<Real>(random.word[0]);
         const Real v = uniform<Real>(random.word[1]);
-        const u32 emitter = u32((u64(choice) * emitter_count_) >> 32);
+        const u32 emitter = u32((u64(random.word[2] >> 8) * emitter_count_) >> 24);
         ShadowRay<Real> shadow;
         shadow.owner = no_shape;
         shadow.pixel = ray.pixel;
-        shadow.rounding = random.word[2];
+        shadow.rounding = spare_bits(random);
         Vec3<Real> direction;
         Vec3<Real> radiance;
         Real pdf;
@@ -126,12 +131,11 @@ private:
 
     template <class Out>
     HASTE_HD void continue_path(const Ray<Real>& ray, const Surface<Real>& surface,
-                                const PhongBsdf<F, Real>& bsdf, const PhiloxBlock& first,
+                                const PhongBsdf<F, Real>& bsdf, const PhiloxBlock& scatter,
                                 Out& out) const {
-        const PhiloxBlock random = numbers(ray).block(2);
         const BsdfSample<Real> sample =
-            bsdf.sample(uniform<Real>(first.word[2]), uniform<Real>(random.word[0]),
-                        uniform<Real>(random.word[1]));
+            bsdf.sample(uniform<Real>(scatter.word[0]), uniform<Real>(scatter.word[1]),
+                        uniform<Real>(scatter.word[2]));
         if (!sample.valid) return;
         Ray<Real> next = ray;
         next.contribution = ray.contribution * sample.weight;
@@ -142,7 +146,7 @@ private:
             // The index squared keeps paths inside glass, whose radiance is scaled, as likely to
             // live.
             const Real survival = minimum(throughput * next.eta * next.eta, Real(0.95));
-            if (!(uniform<Real>(first.word[3]) < survival)) return;
+            if (!(uniform<Real>(scatter.word[3]) < survival)) return;
             next.contribution = next.contribution * (Real(1) / survival);
         }
         next.direction = sample.direction;

@@ -137,7 +137,7 @@ public:
 
 private:
     HASTE_HD BsdfSample<Real> smooth(const Vec3<Real>& direction, BsdfSample<Real> result) const {
-        result.direction = normalize(direction);
+        result.direction = direction;
         const BsdfValue<Real> f = evaluate(result.direction);
         result.pdf = f.pdf;
         result.valid = f.pdf > Real(0);

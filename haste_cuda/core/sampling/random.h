@@ -10,6 +10,12 @@ HASTE_HD constexpr Real uniform(u32 bits) {
     return Real(bits >> 8) * Real(0x1p-24);
 }
 
+/// 32 bits for the film's rounding from what `uniform` leaves of a block: the lower bytes.
+HASTE_HD constexpr u32 spare_bits(const PhiloxBlock& block) {
+    return (block.word[0] << 24) | ((block.word[1] & 0xffu) << 16) |
+           ((block.word[2] & 0xffu) << 8) | (block.word[3] & 0xffu);
+}
+
 /// The random numbers of one ray: counter (pixel, sample, node, dimension), key (seed, node), so a
 /// ray draws the same numbers whatever thread, packet or order shades it.
 struct RandomSource {
