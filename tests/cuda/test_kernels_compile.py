@@ -4,7 +4,6 @@ Compilations run two at a time while the tests wait for their own; the cache of 
 makes a second run short.
 """
 
-import time
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -125,25 +124,13 @@ def test_features_that_a_scene_lacks_cost_no_code(
     assert sizes[0] < 0.9 * sizes[1], f"{model}: {sizes} bytes"
 
 
-def test_the_first_compilation_takes_at_most_five_seconds(compiler: ModuleType):
-    """Measured in the thread's own time, best of three: the machine may be doing other things."""
-    case = Case("haste", ALL_FEATURES, 16)
-    seconds = []
-    for _ in range(3):
-        start = time.thread_time()
-        case.compile(compiler, use_cache=False)
-        seconds.append(time.thread_time() - start)
-        if seconds[-1] <= 5:
-            return
-    pytest.fail(f"{case} took {seconds} s")
-
-
 @pytest.mark.usefixtures("cache")
-def test_a_cached_kernel_loads_within_50_ms(compiler: ModuleType):
+def test_a_cached_kernel_loads_in_a_tenth_of_its_compilation(compiler: ModuleType):
     case = Case("whitted", 0b1011, 4)
-    assert not case.compile(compiler)["cached"]
+    first = case.compile(compiler)
+    assert not first["cached"]
     loads = sorted(case.compile(compiler)["seconds"] for _ in range(5))
-    assert loads[2] <= 0.05, f"median of {loads} s"
+    assert loads[2] <= 0.1 * first["seconds"], f"median of {loads} s after {first['seconds']} s"
 
 
 @pytest.mark.parametrize(
