@@ -106,7 +106,8 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
 
 
 def _write_slopes(axes: Axes, slopes: list[tuple[str, Interval | None]]) -> None:
-    for row, (tracer, slope) in enumerate(slopes):
+    # Errors fall from the upper left to the lower right: below the curves there is always room.
+    for row, (tracer, slope) in enumerate(reversed(slopes)):
         if slope is None:
             continue
         text = f"{slope.value:.3f}"
@@ -114,10 +115,10 @@ def _write_slopes(axes: Axes, slopes: list[tuple[str, Interval | None]]) -> None
             text += f" [{slope.lower:.2f}, {slope.upper:.2f}]"
         axes.annotate(
             text.replace("-", "−"),
-            (0.98, 0.97),
-            xytext=(0, -11 * row),
-            ha="right",
-            va="top",
+            (0.03, 0.1),
+            xytext=(0, 11 * row),
+            ha="left",
+            va="bottom",
             xycoords="axes fraction",
             textcoords="offset points",
             color=colour_of(tracer),
