@@ -11,6 +11,18 @@ Vertices = NDArray[np.float32]
 Triangles = NDArray[np.uint32]
 
 
+CAMERA = haste_cuda.Camera(
+    origin=(0, 0, 5),
+    corner=(-1, 1, -1),
+    dx=(0.1, 0, 0),
+    dy=(0, -0.1, 0),
+    near=0.01,
+    width=20,
+    height=20,
+)
+"""Looks down the z axis from (0, 0, 5); 20 x 20 pixels."""
+
+
 def star(rings: int = 24, seed: int = 1) -> tuple[Vertices, Triangles]:
     """A closed star-shaped mesh of 2 * rings * (2 * rings - 2) triangles with a rough radius."""
     sectors = 2 * rings
@@ -60,15 +72,7 @@ def mesh_scene(
         shapes=shapes,
         materials=[haste_cuda.Material(diffuse=(0.5, 0.5, 0.5))],
         lights=[],
-        camera=haste_cuda.Camera(
-            origin=(0, 0, 5),
-            corner=(-1, 1, -1),
-            dx=(0.1, 0, 0),
-            dy=(0, -0.1, 0),
-            near=0.01,
-            width=20,
-            height=20,
-        ),
+        camera=CAMERA,
         threads=threads,
     )
 

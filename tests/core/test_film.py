@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from core_meshes import mesh_scene
+from core_meshes import CAMERA, mesh_scene
 from haste_cuda._core import testing
 
 import haste_cuda
@@ -72,15 +72,7 @@ def lit_scene(radiance: float, ambient_reflectance: float) -> haste_cuda.Scene:
         shapes=[haste_cuda.Shape(kind="mesh", material=0, light=0, first=0, count=2)],
         materials=[haste_cuda.Material(ambient=(ambient_reflectance,) * 3)],
         lights=[(0, (radiance,) * 3)],
-        camera=haste_cuda.Camera(
-            origin=(0, 0, 5),
-            corner=(-1, 1, -1),
-            dx=(0.1, 0, 0),
-            dy=(0, -0.1, 0),
-            near=0.01,
-            width=20,
-            height=20,
-        ),
+        camera=CAMERA,
     )
 
 

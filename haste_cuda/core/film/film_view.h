@@ -45,11 +45,6 @@ struct FilmSum {
         }
     }
 
-    HASTE_HD bool empty() const {
-        return channel[0] == 0 && channel[1] == 0 && channel[2] == 0 && non_finite == 0 &&
-               !overflow;
-    }
-
     static constexpr i64 max_sum = 0x7fffffffffffffffll;
 };
 

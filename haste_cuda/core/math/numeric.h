@@ -15,7 +15,6 @@ struct Numeric<float> {
     static constexpr float unit_roundoff = 0x1p-24f;
     static constexpr float infinity = __builtin_bit_cast(float, 0x7f800000u);
     static constexpr float pi = 3.14159265358979323846f;
-    static constexpr float largest = 0x1.fffffep127f;
 };
 
 template <>
@@ -23,7 +22,6 @@ struct Numeric<double> {
     static constexpr double unit_roundoff = 0x1p-53;
     static constexpr double infinity = __builtin_bit_cast(double, 0x7ff0000000000000ull);
     static constexpr double pi = 3.14159265358979323846;
-    static constexpr double largest = 0x1.fffffffffffffp1023;
 };
 
 /// gamma(n) = n u / (1 - n u): the relative error that n rounded operations can pile up
@@ -49,11 +47,6 @@ HASTE_HD constexpr Real maximum(Real a, Real b) {
 template <class Real>
 HASTE_HD constexpr Real absolute(Real a) {
     return a < Real(0) ? -a : a;
-}
-
-template <class Real>
-HASTE_HD constexpr Real square(Real a) {
-    return a * a;
 }
 
 /// Square root that takes the small negative results of rounding for zero.
