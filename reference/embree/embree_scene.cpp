@@ -75,8 +75,9 @@ EmbreeScene::EmbreeScene(const HostScene& scene, int threads)
         limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       std::size_t(threads));
     }
-    // Eight children a node, vertices in the leaves: a sixth faster on a mesh than the four children
-    // that Embree takes by itself in the robust mode; large pages on top of it gain nothing.
+    // Eight children a node, vertices in the leaves: a sixth faster on a mesh than the four
+    // children that Embree takes by itself in the robust mode; large pages on top of it gain
+    // nothing.
     device_.reset(rtcNewDevice("tri_accel=bvh8.triangle4v"));
     if (!device_) throw std::runtime_error("Embree cannot make a device");
     rtcSetDeviceMemoryMonitorFunction(
