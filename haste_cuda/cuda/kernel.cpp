@@ -139,7 +139,10 @@ const Kernel& KernelSet::get(const KernelSpecification& specification) {
     }
     const CachedProgram program =
         load_or_compile(kernel_translation(specification, architecture_), cache_);
-    return kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
+    const Kernel& kernel =
+        kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
+    build_seconds_ += kernel.build_seconds();
+    return kernel;
 }
 
 }  // namespace haste::cuda

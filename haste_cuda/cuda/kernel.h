@@ -107,10 +107,14 @@ public:
     /// Throws CompileError, CudaError or std::invalid_argument.
     [[nodiscard]] const Kernel& get(const KernelSpecification& specification);
 
+    /// Seconds that building all kernels took so far.
+    [[nodiscard]] double build_seconds() const { return build_seconds_; }
+
 private:
     int architecture_;
     CubinCache cache_;
     std::map<std::string, Kernel> kernels_;
+    double build_seconds_ = 0;
 };
 
 }  // namespace haste::cuda

@@ -117,4 +117,45 @@ private:
     std::size_t size_ = 0;
 };
 
+/// An array in page-locked host memory: copies from and to it run beside the host's work and other
+/// streams'.
+template <class T>
+class PinnedBuffer {
+    static_assert(std::is_trivially_copyable_v<T>, "it is copied byte by byte");
+
+public:
+    PinnedBuffer() = default;
+
+    /// Room for `size` elements, contents undefined. Throws CudaError.
+    explicit PinnedBuffer(std::size_t size) : size_(size) {
+        if (size > 0) {
+            void* address = nullptr;
+            HASTE_CUDA_CHECK(driver().mem_host_alloc(&address, size * sizeof(T), 0),
+                             std::to_string(size * sizeof(T)) + " bytes of the host");
+            data_ = static_cast<T*>(address);
+        }
+    }
+
+    ~PinnedBuffer() {
+        if (data_ != nullptr) {
+            report(driver().mem_free_host(data_), "cuMemFreeHost");
+        }
+    }
+    PinnedBuffer(PinnedBuffer&& other) noexcept
+        : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
+        std::swap(data_, other.data_);
+        std::swap(size_, other.size_);
+        return *this;
+    }
+
+    [[nodiscard]] T* data() const { return data_; }
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::span<T> front(std::size_t count) const { return {data_, count}; }
+
+private:
+    T* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
 }  // namespace haste::cuda

@@ -15,11 +15,11 @@ HASTE_HD constexpr u32 depth_first_capacity(u32 layers, u32 children, u32 ambien
 
 /// Receives what a model sends out while one ray of a depth-first walk is shaded: visibility is
 /// settled at once, children wait on the private stack.
-template <class Real, class I, bool Count>
+template <class Real, class I, class Sum, bool Count>
 struct DepthFirstOut {
     const I& intersector;
     const FixedPoint& format;
-    FilmSum& sum;
+    Sum& sum;
     RayCounts& counts;
     Ray<Real>* stack;
     u32 depth = 0;
@@ -50,12 +50,12 @@ HASTE_HD void trace_and_shade(const Model& model, const I& intersector, const Ra
 
 /// All rays of one sample, children before siblings, with a private stack that has room for
 /// `depth_first_capacity` rays.
-template <bool Count, class Model, class I, class Real>
+template <bool Count, class Model, class I, class Real, class Sum>
     requires Intersector<I, Real>
 HASTE_HD void trace_sample(const Model& model, const I& intersector, const FixedPoint& format,
-                           const Ray<Real>& camera, Ray<Real>* stack, FilmSum& sum,
+                           const Ray<Real>& camera, Ray<Real>* stack, Sum& sum,
                            RayCounts& counts) {
-    DepthFirstOut<Real, I, Count> out{intersector, format, sum, counts, stack};
+    DepthFirstOut<Real, I, Sum, Count> out{intersector, format, sum, counts, stack};
     out.child(camera);
     while (out.depth > 0) {
         const Ray<Real> ray = stack[--out.depth];
