@@ -21,6 +21,15 @@ struct alignas(16) Bvh2Node {
 
 static_assert(sizeof(Bvh2Node) == 64, "half a 128-byte line, four 16-byte loads");
 
+/// A child in one word, as the traversal keeps it: an inner node's index, or above it a leaf's size
+/// and then its first record.
+inline constexpr u32 child_index_bits = 28;
+inline constexpr u32 first_leaf_reference = 1u << child_index_bits;
+
+HASTE_HD inline u32 child_reference(const Bvh2Node& node, int i) {
+    return (node.count[i] << child_index_bits) | node.child[i];
+}
+
 /// Deepest tree that the traversal's stack can follow; the builder refuses a deeper one.
 inline constexpr u32 max_bvh_depth = 64;
 
