@@ -81,7 +81,7 @@ const Entry& find(std::span<const Entry> entries, std::string_view name, std::st
         }
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
-    throw std::invalid_argument("haste-cuda has no kernel for the " + std::string(kind) + " '" +
+    throw std::invalid_argument("haste-cuda has no " + std::string(kind) + " '" +
                                 std::string(name) + "'; it has " + known);
 }
 
@@ -133,10 +133,10 @@ std::vector<std::string> kernel_precisions() { return names_of<PrecisionEntry>(p
 std::vector<std::string> kernel_films() { return names_of<FilmEntry>(films); }
 
 std::string kernel_source(const KernelSpecification& specification) {
-    const auto& kernel = find<KernelEntry>(kernels, specification.kernel, "engine");
-    const auto& model = find<ModelEntry>(models, specification.model, "model");
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
-    const auto& film = find<FilmEntry>(films, specification.film, "film");
+    const auto& kernel = find<KernelEntry>(kernels, specification.kernel, "kernel");
+    const auto& model = find<ModelEntry>(models, specification.model, "kernel for the model");
+    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
+    const auto& film = find<FilmEntry>(films, specification.film, "kernel for the film");
     if (specification.stack_capacity < 1) {
         throw std::invalid_argument("a kernel's stack holds at least one ray, not " +
                                     std::to_string(specification.stack_capacity));
@@ -156,7 +156,7 @@ std::string kernel_source(const KernelSpecification& specification) {
 }
 
 Translation kernel_translation(const KernelSpecification& specification, int architecture) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     Translation translation{.source = kernel_source(specification),
                             .name = specification.kernel + "_" + specification.model + ".cu",
                             .include_root = include_root(),

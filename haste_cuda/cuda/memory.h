@@ -76,12 +76,13 @@ public:
         }
     }
 
-    /// The same, behind the work in `stream`. `host` must stay until that is done.
-    void download(std::span<T> host, const Stream& stream) const {
-        require_room(host.size());
+    /// The same from element `first` on, behind the work in `stream`. `host` must stay until that
+    /// is done.
+    void download(std::span<T> host, const Stream& stream, std::size_t first = 0) const {
+        require_room(first + host.size());
         if (!host.empty()) {
             HASTE_CUDA_CHECK(driver().memcpy_device_to_host_async(
-                host.data(), address_, host.size_bytes(), stream.handle()));
+                host.data(), address_ + first * sizeof(T), host.size_bytes(), stream.handle()));
         }
     }
 

@@ -6,6 +6,7 @@
 #include "cuda/engines/layers.h"
 #include "cuda/engines/packets.h"
 #include "cuda/engines/persistent.h"
+#include "cuda/engines/streams.h"
 #include "cuda/engines/wavefront.h"
 
 namespace haste::cuda {
@@ -20,6 +21,8 @@ std::unique_ptr<Engine> make_engine(const EngineRequest& request) {
             return std::make_unique<LayersEngine>(request);
         case EngineKind::wavefront:
             return std::make_unique<WavefrontEngine>(request);
+        case EngineKind::streams:
+            return std::make_unique<StreamsEngine>(request);
         default:
             return std::make_unique<PersistentEngine>(request);
     }
