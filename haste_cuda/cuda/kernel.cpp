@@ -132,7 +132,8 @@ KernelSet::KernelSet(const Device& device)
                                      device.info().compute_capability_minor)),
       cache_(CubinCache::standard()) {}
 
-const Kernel& KernelSet::get(const KernelSpecification& specification) {
+template <class Specification>
+const Kernel& KernelSet::get_or_build(const Specification& specification) {
     std::string name = specification.name();
     if (const auto found = kernels_.find(name); found != kernels_.end()) {
         return found->second;
@@ -140,6 +141,14 @@ const Kernel& KernelSet::get(const KernelSpecification& specification) {
     const CachedProgram program =
         load_or_compile(kernel_translation(specification, architecture_), cache_);
     return kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
+}
+
+const Kernel& KernelSet::get(const KernelSpecification& specification) {
+    return get_or_build(specification);
+}
+
+const Kernel& KernelSet::get(const ReplaySpecification& specification) {
+    return get_or_build(specification);
 }
 
 }  // namespace haste::cuda

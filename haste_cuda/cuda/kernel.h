@@ -106,8 +106,12 @@ public:
     /// The kernel, from memory, the cubin cache or the compiler. The device must be current.
     /// Throws CompileError, CudaError or std::invalid_argument.
     [[nodiscard]] const Kernel& get(const KernelSpecification& specification);
+    [[nodiscard]] const Kernel& get(const ReplaySpecification& specification);
 
 private:
+    template <class Specification>
+    const Kernel& get_or_build(const Specification& specification);
+
     int architecture_;
     CubinCache cache_;
     std::map<std::string, Kernel> kernels_;

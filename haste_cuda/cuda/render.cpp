@@ -4,22 +4,11 @@
 #include <stdexcept>
 
 #include "core/engine/depth_first.h"
-#include "cuda/device_scene.h"
 #include "cuda/event.h"
-#include "cuda/kernel.h"
 #include "cuda/kernels/depth_first_params.h"
+#include "cuda/renderer_state.h"
 
 namespace haste::cuda {
-
-struct Renderer::Scene {
-    DeviceScene device;
-};
-
-struct Renderer::State {
-    Device device;
-    Stream stream;
-    KernelSet kernels{device};
-};
 
 Renderer::Renderer() : state_(std::make_unique<State>()) {}
 
@@ -29,6 +18,13 @@ Renderer& Renderer::instance() {
     // Never destroyed: at process exit the driver may be gone before static objects are.
     static Renderer* const renderer = new Renderer;
     return *renderer;
+}
+
+void check_block(int threads) {
+    if (threads < 32 || threads > 1024 || threads % 32 != 0) {
+        throw std::invalid_argument("block must be a multiple of 32 from 32 to 1024, not " +
+                                    std::to_string(threads));
+    }
 }
 
 namespace {
@@ -64,16 +60,9 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     Schedule shared;
     shared.pass_samples = schedule.pass_samples;
     check_settings(model, settings, samples, shared);
-    if (schedule.block < 32 || schedule.block > 1024 || schedule.block % 32 != 0) {
-        throw std::invalid_argument("block must be a multiple of 32 from 32 to 1024, not " +
-                                    std::to_string(schedule.block));
-    }
-    state_->device.make_current();
+    check_block(schedule.block);
     CudaOutput output;
-    if (!scene) {
-        scene = std::make_shared<Scene>(DeviceScene(host));
-        output.upload_seconds = scene->device.upload_seconds();
-    }
+    output.upload_seconds = state_->upload(host, scene);
     output.scene_bytes = scene->device.bytes();
 
     KernelSpecification specification;

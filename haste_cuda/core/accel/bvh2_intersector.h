@@ -3,6 +3,7 @@
 #include "core/base/features.h"
 #include "core/base/hit.h"
 #include "core/base/ray.h"
+#include "core/base/ray_query.h"
 #include "core/base/scene_view.h"
 #include "core/geometry/sphere.h"
 
@@ -18,9 +19,37 @@ public:
     HASTE_HD explicit Bvh2Intersector(const SceneView<Real>& scene) : scene_(scene) {}
 
     HASTE_HD Hit<Real> closest(const Ray<Real>& ray) const {
+        return closest(ray.origin, ray.direction, AtOrigin(), Numeric<Real>::infinity);
+    }
+
+    HASTE_HD Hit<Real> closest(const RayQuery<Real>& query) const {
+        return closest(query.origin, query.direction, query.t_min, query.t_max);
+    }
+
+    HASTE_HD bool occluded(const ShadowRay<Real>& ray) const {
+        return traverse(ray.origin, ray.direction, AtOrigin(), ray.t_max,
+                        [&](const PrimitiveRecord<Real>& record, const PrimitiveHit<Real>& hit,
+                            Real&) { return hit.t < ray.t_max && record.shape != ray.owner; });
+    }
+
+    HASTE_HD bool any_hit(const RayQuery<Real>& query) const {
+        return traverse(
+            query.origin, query.direction, query.t_min, query.t_max,
+            [](const PrimitiveRecord<Real>&, const PrimitiveHit<Real>&, Real&) { return true; });
+    }
+
+private:
+    /// The t_min of rays that start at their origin, as those of images do: known to the compiler.
+    struct AtOrigin {
+        HASTE_HD constexpr operator Real() const { return Real(0); }
+    };
+
+    template <class Start>
+    HASTE_HD Hit<Real> closest(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
+                               Real farthest) const {
         Hit<Real> best;
         traverse(
-            ray.origin, ray.direction, best.t,
+            origin, direction, t_min, farthest,
             [&](const PrimitiveRecord<Real>& record, const PrimitiveHit<Real>& hit, Real& t_max) {
                 if (best.loses_to(hit.t, record.primitive)) {
                     best = {hit.t, hit.b1, hit.b2, record.primitive};
@@ -31,18 +60,11 @@ public:
         return best;
     }
 
-    HASTE_HD bool occluded(const ShadowRay<Real>& ray) const {
-        return traverse(ray.origin, ray.direction, ray.t_max,
-                        [&](const PrimitiveRecord<Real>& record, const PrimitiveHit<Real>& hit,
-                            Real&) { return hit.t < ray.t_max && record.shape != ray.owner; });
-    }
-
-private:
-    /// Calls `visit(record, hit, t_max)` for the primitives hit within [0, t_max], which visit may
-    /// shorten, until visit returns true.
-    template <class Visit>
-    HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Real t_max,
-                           Visit&& visit) const {
+    /// Calls `visit(record, hit, t_max)` for the primitives hit within (t_min, t_max], which visit
+    /// may shorten, until visit returns true.
+    template <class Start, class Visit>
+    HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
+                           Real t_max, Visit&& visit) const {
         const typename P::BoxTest box_test(origin, direction);
         const typename P::TriangleTest triangle_test(origin, direction);
         u32 stack[max_bvh_depth];
@@ -53,7 +75,7 @@ private:
             Real enter[2];
             bool descend[2];
             for (int i = 0; i < 2; ++i) {
-                enter[i] = box_test.enter(node.box[i], t_max);
+                enter[i] = box_test.enter(node.box[i], t_min, t_max);
                 descend[i] = enter[i] < Numeric<Real>::infinity;
             }
             const int first = enter[1] < enter[0];
@@ -65,8 +87,12 @@ private:
                 if (enter[i] > t_max) continue;
                 for (u32 j = 0; j < node.count[i]; ++j) {
                     const PrimitiveRecord<Real>& record = scene_.records[node.child[i] + j];
-                    const PrimitiveHit<Real> hit = test(record, triangle_test, origin, direction);
-                    if (hit.found && hit.t <= t_max && visit(record, hit, t_max)) return true;
+                    const PrimitiveHit<Real> hit =
+                        test(record, triangle_test, origin, direction, t_min);
+                    if (hit.found && hit.t > Real(t_min) && hit.t <= t_max &&
+                        visit(record, hit, t_max)) {
+                        return true;
+                    }
                 }
             }
             if (descend[0] && descend[1]) {
@@ -84,12 +110,14 @@ private:
 
     HASTE_HD static PrimitiveHit<Real> test(const PrimitiveRecord<Real>& record,
                                             const typename P::TriangleTest& triangle_test,
-                                            const Vec3<Real>& origin, const Vec3<Real>& direction) {
+                                            const Vec3<Real>& origin, const Vec3<Real>& direction,
+                                            Real t_min) {
         if constexpr (F::triangles && F::spheres) {
-            return record.is_sphere ? intersect_sphere(origin, direction, record.v0, record.v1.x)
-                                    : triangle_test.hit(record.v0, record.v1, record.v2);
+            return record.is_sphere
+                       ? intersect_sphere(origin, direction, record.v0, record.v1.x, t_min)
+                       : triangle_test.hit(record.v0, record.v1, record.v2);
         } else if constexpr (F::spheres) {
-            return intersect_sphere(origin, direction, record.v0, record.v1.x);
+            return intersect_sphere(origin, direction, record.v0, record.v1.x, t_min);
         } else {
             return triangle_test.hit(record.v0, record.v1, record.v2);
         }
