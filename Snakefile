@@ -9,6 +9,8 @@ configfile: "config/quick.yaml"
 
 
 include: "harness/rules/common.smk"
+include: "harness/rules/scenes.smk"
+include: "harness/rules/features.smk"
 include: "harness/rules/truth.smk"
 include: "harness/rules/measure.smk"
 include: "harness/rules/tables.smk"

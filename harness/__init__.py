@@ -1,5 +1,5 @@
 """The benchmark around the tracers: scenes in, tables and pictures out."""
 
-from harness.scene import load_scene
+from harness.scene import SceneError, load_scene
 
-__all__ = ["load_scene"]
+__all__ = ["SceneError", "load_scene"]

@@ -6,7 +6,16 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from harness.measure.config import Config, ConfigError, find_scene, load_config
+from harness.measure.config import (
+    Config,
+    ConfigError,
+    find_scene,
+    load_config,
+    standard_scenes,
+)
+from harness.preflight import check_run
+from harness.retarget import add_command, run_command
+from harness.scene.checks import MODELS
 
 
 def _truth(config: Config, options: argparse.Namespace) -> int:
@@ -46,12 +55,46 @@ def _check(config: Config, options: argparse.Namespace) -> int:
 
 
 def _features(config: Config, options: argparse.Namespace) -> int:
-    from harness.scene import load_scene
+    from harness.describe import describe_scene, format_description
+    from harness.scene import SceneError, load_settings
 
-    for name in options.scene or config.scenes:
-        scene = load_scene(find_scene(name))
-        size = f"{len(scene.triangles)} triangles, {len(scene.spheres)} spheres"
-        print(f"{scene.name}: {size}; {', '.join(scene.features.names())}")
+    asked = [*options.scenes, *(options.scene or [])]
+    descriptions = []
+    for name in asked or config.scenes:
+        # A path is the caller's, also where a scene of the same name is shipped.
+        path = Path(name)
+        is_path = path.suffix == ".xml" or path.is_dir()
+        source = path if asked and is_path else find_scene(name) if asked else config.scenes[name]
+        size = (None, None) if asked else config.resolution(name, load_settings(source))
+        descriptions.append(describe_scene(source, *size))
+        print(format_description(descriptions[-1], every_place=options.all))
+    models = MODELS if asked else config["models"]
+    refused = [(one.source, one.reasons(models)) for one in descriptions if one.reasons(models)]
+    for source, reasons in refused if not asked else ():
+        print(f"error: {SceneError(source, reasons)}", file=sys.stderr)
+    return 1 if refused else 0
+
+
+def _generate(config: Config, options: argparse.Namespace) -> int:
+    del config
+    from harness.generate import generate_scene
+    from harness.scene.generated import generated_scenes
+
+    scenes = generated_scenes()
+    for name in options.scene or scenes:
+        if name not in scenes:
+            raise ConfigError(f"--scene {name}: nothing in it is generated")
+        generate_scene(scenes[name])
+        print(*scenes[name].paths, sep="\n")
+    return 0
+
+
+def _thumbnails(config: Config, options: argparse.Namespace) -> int:
+    del config
+    from harness.thumbnails import write_thumbnail
+
+    for name in options.scene or standard_scenes():
+        print(write_thumbnail(find_scene(name), options.threads))
     return 0
 
 
@@ -72,7 +115,9 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
-    "features": (_features, "print what scenes require of a tracer"),
+    "features": (_features, "print what scenes require, and what of it is missing; 0 if nothing"),
+    "generate": (_generate, "make the files of scenes that are not committed"),
+    "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
 
@@ -95,7 +140,12 @@ def _parser() -> argparse.ArgumentParser:
             metavar="FILE",
             help="settings (YAML or JSON) over those of config/quick.yaml",
         )
-        if name in {"truth", "measure", "features"}:
+        if name == "features":
+            command.add_argument(
+                "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
+            )
+            command.add_argument("--all", action="store_true", help="print every place")
+        if name in {"truth", "measure", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -106,13 +156,14 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"truth", "measure", "available"}:
+        if name in {"truth", "measure", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
                 default=len(os.sched_getaffinity(0)),
                 help="processor threads of a tracer (default: every core)",
             )
+    add_command(commands)
     return parser
 
 
@@ -120,11 +171,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Exit codes: 0 done, 1 a verdict or an error, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
+        if options.command == "retarget":
+            return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            if options.command != "features" and scene not in config.scenes:
+            if options.command in {"truth", "measure"} and scene not in config.scenes:
                 known = ", ".join(config.scenes)
                 raise ConfigError(f"--scene {scene}: the settings name {known}")  # noqa: TRY301
+        if options.command in {"truth", "measure"}:
+            check_run(config, options.scene)
         return COMMANDS[options.command][0](config, options)
     except KeyboardInterrupt:
         print("interrupted; what was complete is kept", file=sys.stderr)
@@ -144,8 +199,9 @@ def _expected_errors() -> tuple[type[Exception], ...]:
     """Errors whose message is all that a user needs; anything else is a defect and is traced."""
     from harness.scene import SceneError
     from harness.tables import ResultsError, SchemaError
+    from reference.analytic import AnswerError
 
-    return (SceneError, ResultsError, SchemaError)
+    return (SceneError, ResultsError, SchemaError, AnswerError)
 
 
 if __name__ == "__main__":

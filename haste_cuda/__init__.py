@@ -1,8 +1,8 @@
 """The CUDA Monte Carlo ray tracer of Somers and Gibson's Haste, with its twin on the CPU.
 
 One core, compiled by g++ for the CPU and by NVRTC for the GPU: scenes (`Scene`), render settings
-(`Settings`) and one function a side (`render_cpu`, `render_cuda`). The extension imports without a
-GPU; `cuda_unavailable` then says why.
+(`Settings`) and one function a side (`render_cpu`, `render_cuda`); `trace_cpu` and `trace_cuda`
+trace rays and shade nothing. The extension imports without a GPU; `cuda_unavailable` then says why.
 """
 
 from haste_cuda._core import (
@@ -16,8 +16,9 @@ from haste_cuda._core import (
     Shape,
     build_info,
     render_cpu,
+    trace_cpu,
 )
-from haste_cuda.gpu import cuda_unavailable, device_info, render_cuda
+from haste_cuda.gpu import cuda_unavailable, device_info, render_cuda, trace_cuda
 
 __all__ = [
     "Camera",
@@ -33,4 +34,6 @@ __all__ = [
     "device_info",
     "render_cpu",
     "render_cuda",
+    "trace_cpu",
+    "trace_cuda",
 ]

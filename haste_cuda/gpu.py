@@ -30,3 +30,12 @@ def render_cuda(
     """
     configure()
     return _core.render_cuda(scene, model, settings, **schedule)
+
+
+def trace_cuda(scene: _core.Scene, *rays: Any, **how: Any) -> dict[str, Any]:
+    """Trace rays on the GPU: see `_core.trace_cuda`, whose arrays and keywords these are.
+
+    Raises CudaError, CompileError, and ValueError naming the ray that makes no sense.
+    """
+    configure()
+    return _core.trace_cuda(scene, *rays, **how)

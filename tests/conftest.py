@@ -1,4 +1,5 @@
-"""What every test shares: pictures without a display, and one rule for tests that need a GPU."""
+"""What every test shares: pictures without a display, generated meshes, and one rule for tests that
+need a GPU."""
 
 from __future__ import annotations
 
@@ -7,6 +8,13 @@ import os
 import pytest
 
 os.environ["MPLBACKEND"] = "Agg"
+
+
+def pytest_sessionstart() -> None:
+    """Make the files of scenes that are generated and not there, or old: a few seconds, once."""
+    from harness.generate import generate_outdated
+
+    generate_outdated()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -53,7 +53,9 @@ class Checkout:
     root: Path
     state: Path
 
-    def run(self, *arguments: str, user: str | None = None) -> subprocess.CompletedProcess[str]:
+    def run(
+        self, *arguments: str, user: str | None = None, folder: Path | None = None
+    ) -> subprocess.CompletedProcess[str]:
         environment = {
             "PATH": str(self.state / "bin"),
             "STATE": str(self.state),
@@ -68,6 +70,7 @@ class Checkout:
             check=False,
             timeout=60,
             user=user,
+            cwd=folder,
         )
 
     def calls(self) -> list[str]:
@@ -122,6 +125,7 @@ def test_help_lists_every_command(checkout: Checkout) -> None:
         "all",
         "test",
         "check",
+        "features",
         "lint",
         "setup",
         "clean",
@@ -265,6 +269,54 @@ def test_no_setup_without_an_environment_names_what_is_missing(checkout: Checkou
     assert result.returncode == 1
     assert "there is no .venv/bin/python" in result.stderr
     assert checkout.calls() == []
+
+
+@pytest.fixture
+def elsewhere(checkout: Checkout, tmp_path: Path) -> Path:
+    """A folder of somebody's scenes, far from the checkout, which is set up."""
+    folder = tmp_path / "my scenes"
+    (folder / "more").mkdir(parents=True)
+    for name in ("room.xml", "more/hall.xml", "mine.yaml"):
+        (folder / name).touch()
+    assert checkout.run("setup").returncode == 0
+    checkout.calls()
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("typed", "passed_on"),
+    [
+        (["features", "room.xml"], "harness features {0}/room.xml"),
+        (
+            ["features", "cornell-box", "more", "more/hall.xml"],
+            "harness features cornell-box more {0}/more/hall.xml",
+        ),
+        (["features", "no.xml"], "harness features no.xml"),
+        (
+            ["all", "--config", "scenes=room.xml"],
+            "snakemake all --config scenes={0}/room.xml",
+        ),
+        (
+            ["all", "--config", "scenes=[room.xml, skull,more/hall.xml]", "models=[path]"],
+            "snakemake all --config scenes=[{0}/room.xml,skull,{0}/more/hall.xml] models=[path]",
+        ),
+        (
+            ["all", "--configfile", "mine.yaml", "--configfile=mine.yaml"],
+            "snakemake all --configfile {0}/mine.yaml --configfile={0}/mine.yaml",
+        ),
+        (
+            ["all", "--configfile", "config/full.yaml"],
+            "snakemake all --configfile config/full.yaml",
+        ),
+        (["test", "room.xml"], "pytest room.xml"),
+    ],
+)
+def test_paths_mean_what_they_mean_where_the_command_was_typed(
+    checkout: Checkout, elsewhere: Path, typed: list[str], passed_on: str
+) -> None:
+    result = checkout.run(*typed, folder=elsewhere)
+    assert result.returncode == 0, result.stderr
+    assert checkout.calls() == [f"python -m {passed_on.format(elsewhere)}"]
 
 
 def run_here(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

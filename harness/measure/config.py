@@ -1,6 +1,6 @@
 """A run's settings: read, merged over the default preset, checked and typed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,11 +39,17 @@ def find_scene(name: str, root: Path = ROOT) -> Path:
         return file.parent if file.name == "scene.xml" else file
     if (file / "scene.xml").is_file():
         return file
-    known = sorted(path.parent.name for path in (root / "scenes").glob("*/scene.xml"))
     raise ConfigError(
         f"unknown scene {name!r}: neither scenes/{name}/scene.xml nor a Mitsuba file; "
-        f"the scenes are {', '.join(known) or 'none yet'}"
+        f"the scenes are {', '.join(standard_scenes(root)) or 'none yet'}"
     )
+
+
+def standard_scenes(root: Path = ROOT) -> list[str]:
+    """Names of the folders below scenes/ that hold a scene, as settings name them."""
+    folder = root / "scenes"
+    found = [*folder.glob("*/scene.xml"), *folder.glob("analytic/*/scene.xml")]
+    return sorted(path.parent.relative_to(folder).as_posix() for path in found)
 
 
 def scene_name(path: Path) -> str:
@@ -75,8 +81,20 @@ class Config:
         """Where the files of one scene's job are written."""
         return self.results_dir / "scenes" / scene
 
+    def has_answer(self, scene: str) -> bool:
+        """Whether the radiance of a scene is known; raises SceneError for unusable settings."""
+        from harness.scene import load_settings
+
+        return bool(load_settings(self.scenes[scene]).answer)
+
     def resolution(self, scene: str) -> tuple[int | None, int | None]:
-        """Width and height of a scene's images, None where the scene's own are meant."""
+        """Width and height of a scene's images, None where the scene's own are meant.
+
+        A scene with a known answer keeps its own: the answer holds for a patch that its few pixels
+        show, and more of them would show nothing else.
+        """
+        if self.has_answer(scene):
+            return None, None
         own = self.values["scene_settings"].get(scene, {}).get("resolution")
         width, height = own or self.values.get("resolution") or (None, None)
         return width, height
@@ -84,26 +102,37 @@ class Config:
     def truth_spp(self, scene: str, model: str) -> int:
         """Samples a pixel of one batch of the truth."""
         own = self.values["scene_settings"].get(scene, {}).get("truth_spp", {})
-        return own.get(model, self.values["truth"]["spp"][model])
+        kind = "answers" if self.has_answer(scene) else "truth"
+        return own.get(model, self.values[kind]["spp"][model])
 
     def seeds_spp(self, scene: str, model: str, tracer: str) -> int:
-        """Samples a pixel of one of a tracer's independent images."""
-        for own in (
-            self.values["tracer_settings"].get(tracer, {}),
-            self.values["scene_settings"].get(scene, {}),
-        ):
-            if model in own.get("seeds_spp", {}):
-                return own["seeds_spp"][model]
-        return self.values["seeds"]["spp"][model]
+        """Samples a pixel of one of a tracer's independent images.
+
+        A slow tracer's own share comes before that of a noisy scene. The few pixels of a scene with
+        a known answer are no burden to any tracer.
+        """
+        own = self.values["scene_settings"].get(scene, {}).get("seeds_spp", {})
+        if self.has_answer(scene):
+            return own.get(model, self.values["answers"]["spp"][model])
+        share = self.values["tracer_settings"].get(tracer, {}).get("seeds_spp", {})
+        return share.get(model, own.get(model, self.values["seeds"]["spp"][model]))
 
     def timing_spp(self, model: str, tracer: str) -> int:
         """Samples a pixel of a timed render."""
         own = self.values["tracer_settings"].get(tracer, {}).get("timing_spp", {})
         return own.get(model, self.values["timing"]["spp"][model])
 
-    def converges(self, tracer: str) -> bool:
-        """Whether a tracer takes part in the convergence images."""
-        return self.values["tracer_settings"].get(tracer, {}).get("convergence", True)
+    def converges(self, model: str, tracer: str) -> bool:
+        """Whether a tracer takes part in the convergence images of a model."""
+        takes_part = self.values["tracer_settings"].get(tracer, {}).get("convergence", True)
+        return takes_part and model in self.values["convergence"]["models"]
+
+    def convergence_seeds(self, scene: str, doubling: int) -> int:
+        """Independent images of 2^doubling samples a pixel."""
+        own = self.values["scene_settings"].get(scene, {}).get("convergence", {})
+        sizes = self.values["convergence"] | own
+        equal_samples = sizes["seeds"] * 2 ** (sizes["doublings"] - doubling)
+        return min(equal_samples, max(sizes["seeds"], sizes["most_seeds"]))
 
 
 def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -146,9 +175,28 @@ def check_config(values: Mapping[str, Any]) -> Config:
                 "unless `miniature: true`"
             )
     config = Config(checked)
-    if len(config.scenes) < len(checked["scenes"]):
-        raise ConfigError("config: scenes: two of them have the same name")
+    _check_names(checked["scenes"])
+    known = {*config.scenes, *(Path(name).name for name in standard_scenes())}
+    for key, names in (
+        ("scene_settings", checked["scene_settings"]),
+        ("packets.scenes", checked["packets"]["scenes"]),
+    ):
+        for name in names:
+            if name not in known:
+                raise ConfigError(f"config: {key}: there is no scene {name!r}")
     return config
+
+
+def _check_names(scenes: Sequence[str]) -> None:
+    """Refuse two scenes whose results would go into one folder."""
+    first: dict[str, str] = {}
+    for scene in scenes:
+        name = scene_name(find_scene(scene))
+        if name in first:
+            raise ConfigError(
+                f"config: scenes: {first[name]!r} and {scene!r} have the same name, {name!r}"
+            )
+        first[name] = scene
 
 
 def load_config(path: Path | None = None) -> Config:

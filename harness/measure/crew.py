@@ -1,15 +1,26 @@
 """The worker processes of one scene's job: started when first needed, replaced when they die."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from harness.measure.messages import Loaded, Ready, Render
+from harness.measure.messages import Loaded, Ready, Render, Trace
 from harness.measure.worker import TracerFailedError, TracerRefusedError, Worker
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
+from harness.tracers.rays import RayHits
 from harness.tracers.registry import TRACERS
+
+
+@dataclass(frozen=True, slots=True)
+class NoHits:
+    """A tracer that has traced no rays, and why."""
+
+    status: str
+    """skipped or failed"""
+    reason: str
 
 
 class Crew:
@@ -49,11 +60,14 @@ class Crew:
         self._out.add((tracer, model))
         self.rows.append({"tracer": tracer, "model": model, "status": status, "reason": reason})
 
-    def _fail(self, tracer: str, model: str, error: TracerFailedError) -> None:
-        # Whatever state the process is in, nothing more is asked of it.
+    def _end(self, tracer: str) -> None:
         worker = self._workers.pop(tracer, None)
         if worker is not None:
             worker.close()
+
+    def _fail(self, tracer: str, model: str, error: TracerFailedError) -> None:
+        # Whatever state the process is in, nothing more is asked of it.
+        self._end(tracer)
         self.drop(tracer, model, "failed", str(error))
 
     def takes_part(self, tracer: str, model: str) -> bool:
@@ -67,21 +81,27 @@ class Crew:
             self._workers[tracer] = worker
         return worker
 
+    def _probe(self, tracer: str) -> Ready:
+        """Ask once whether a tracer can run on this machine."""
+        if tracer in self._refused:
+            raise TracerRefusedError(self._refused[tracer])
+        if tracer not in self._ready:
+            try:
+                self._ready[tracer] = self._worker(tracer).probe()
+            except TracerRefusedError as refusal:
+                self._refused[tracer] = str(refusal)
+                self._end(tracer)
+                raise
+        return self._ready[tracer]
+
     def probe(self, tracers: Iterable[str], model: str) -> dict[str, Ready]:
         """Find which tracers can run on this machine in a model; drop the others."""
         able = {}
         for tracer in tracers:
             try:
-                if tracer in self._refused:
-                    raise TracerRefusedError(self._refused[tracer])  # noqa: TRY301
-                if tracer not in self._ready:
-                    self._ready[tracer] = self._worker(tracer).probe()
-                ready = self._ready[tracer]
+                ready = self._probe(tracer)
             except TracerRefusedError as refusal:
-                self._refused[tracer] = str(refusal)
                 self.drop(tracer, model, "skipped", str(refusal))
-                if tracer in self._workers:
-                    self._workers.pop(tracer).close()
             except TracerFailedError as error:
                 self._fail(tracer, model, error)
             else:
@@ -109,3 +129,21 @@ class Crew:
         except TracerFailedError as error:
             self._fail(tracer, model, error)
         return None
+
+    def trace(
+        self, tracer: str, scene_path: Path, settings: RenderSettings, request: Trace
+    ) -> RayHits | NoHits:
+        """Load a scene and trace rays through it.
+
+        A tracer that cannot says why, and may still take part in the scene's images.
+        """
+        try:
+            self._probe(tracer)
+            worker = self._worker(tracer)
+            worker.load(scene_path, settings)
+            return worker.trace(request)
+        except TracerRefusedError as refusal:
+            return NoHits("skipped", str(refusal))
+        except TracerFailedError as error:
+            self._end(tracer)
+            return NoHits("failed", str(error))

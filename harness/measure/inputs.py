@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 from harness.measure.config import ROOT, Config
+from harness.scene.generated import generated_in
 
-SOURCE_ENDINGS = frozenset({".py", ".h", ".cpp", ".cu", ".yaml", ".jinja", ".css", ".js", ".html"})
+SOURCE_ENDINGS = frozenset({".py", ".h", ".cuh", ".cpp", ".yaml", ".j2", ".css", ".rst"})
 TRACING_PACKAGES = ("harness/scene", "harness/tracers", "harness/measure", "reference/mitsuba")
 """Python packages whose content decides what an image or a time is."""
 
@@ -43,17 +44,26 @@ def tracing_sources() -> list[str]:
     at run time: whoever edits one builds the extension anew, whose file changes with it.
     """
     extension = extension_path()
-    return package_sources(*TRACING_PACKAGES) + ([_relative(extension)] if extension else [])
+    single = ["harness/eye_rays.py", "reference/pinhole.py"]
+    sources = package_sources(*TRACING_PACKAGES) + single
+    return sources + ([_relative(extension)] if extension else [])
 
 
 def scene_files(config: Config) -> dict[str, list[str]]:
-    """List the files of each scene: its folder but for prose and pictures, or its Mitsuba file."""
-    files = {}
-    for name, path in config.scenes.items():
-        parts = sorted(path.rglob("*")) if path.is_dir() else [path]
-        files[name] = [
-            _relative(part)
-            for part in parts
-            if part.is_file() and part.suffix not in {".md", ".png", ".pyc"}
-        ]
-    return files
+    """List the files of each scene: its folder but for prose and pictures, or its Mitsuba file.
+
+    Files that a generator makes are listed also where they are yet to be made.
+    """
+    return {name: files_of_scene(path) for name, path in config.scenes.items()}
+
+
+def files_of_scene(path: Path) -> list[str]:
+    """List the files of one scene, see `scene_files`."""
+    parts = path.rglob("*") if path.is_dir() else [path]
+    files = {
+        part for part in parts if part.is_file() and part.suffix not in {".md", ".png", ".pyc"}
+    }
+    generated = generated_in(path)
+    if generated is not None:
+        files.update(generated.paths)
+    return [_relative(file) for file in sorted(files)]

@@ -9,9 +9,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from harness.answers import expected_answers
 from harness.measure.book import TimeBook
 from harness.measure.config import Config
 from harness.measure.crew import Crew
+from harness.measure.eye_rays import measure_eye_rays
 from harness.measure.files import keep_only, read_json, remove_partial, write_json
 from harness.measure.model_job import ModelJob, Share
 from harness.measure.plan import (
@@ -30,20 +32,25 @@ SUMMARY = "measured.json"
 
 
 def _shares(
-    config: Config, crew: Crew, scene: Scene, settings: RenderSettings, *, recentre: bool
+    config: Config, crew: Crew, scene: Scene, settings: Settings, render: RenderSettings
 ) -> list[Share]:
-    """Plan the whole work of every tracer that this machine can run in a model."""
+    """Plan the whole work of every tracer that this machine can run in a model.
+
+    A scene with a known answer is judged and not timed: rays a second over a patch of wall, seen
+    through a keyhole, are those of no scene that anybody renders.
+    """
+    timed = not settings.answer
     shares = []
-    for tracer, ready in crew.probe(config["tracers"], settings.model).items():
-        subject = subject_of(scene, tracer, settings, crew.threads, recentre=recentre)
+    for tracer, ready in crew.probe(config["tracers"], render.model).items():
+        subject = subject_of(scene, tracer, render, crew.threads, recentre=settings.recentre)
         shares.append(
             Share(
                 subject=subject,
                 ready=ready,
-                timing=plan_timing(config, subject),
+                timing=plan_timing(config, subject) if timed else [],
                 seeds=plan_seeds(config, subject),
-                convergence=plan_convergence(config, subject),
-                packets=plan_packets(config, subject, ready.engines),
+                convergence=plan_convergence(config, subject) if timed else [],
+                packets=plan_packets(config, subject, ready.engines) if timed else [],
             )
         )
     return shares
@@ -86,6 +93,8 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     ------
     harness.scene.SceneError
         The scene cannot be imported.
+    reference.analytic.AnswerError
+        The scene has no such known answer.
     """
     scene_path = config.scenes[name]
     folder = config.scene_dir(name)
@@ -97,6 +106,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     models = [model for model in config["models"] if model in settings.models]
     renders = {model: settings.render(model, width=width, height=height) for model in models}
     scene = load_scene(scene_path, width=width, height=height, recentre=settings.recentre)
+    answers = expected_answers(settings.answer, scene, renders)
     write_json(folder / "provenance.json", provenance(config, scene, threads))
 
     seconds: dict[str, float] = {}
@@ -106,10 +116,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
             if model not in models:
                 for tracer in config["tracers"]:
                     crew.drop(tracer, model, "skipped", "not among the models of the scene")
-        plans = {
-            model: _shares(config, crew, scene, renders[model], recentre=settings.recentre)
-            for model in models
-        }
+        plans = {model: _shares(config, crew, scene, settings, renders[model]) for model in models}
         shares = [share for plan in plans.values() for share in plan]
         book = TimeBook(folder)
         book.keep_only(
@@ -135,6 +142,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
             for loaded in job.run(todo[model]).values():
                 hashes |= loaded.hashes
             seconds[model] = progress.elapsed - start
+        measure_eye_rays(crew, config["tracers"], scene_path, folder)
         rows = crew.rows
     for row in rows:
         progress.say(f"{row['model']} {row['tracer']} {row['status']}: {row['reason']}")
@@ -142,7 +150,13 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     description = _describe(scene, settings, size)
     write_json(
         folder / "scene.json",
-        {**description, **hashes, "hashes": hashes, "films": book.films()},
+        {
+            **description,
+            **hashes,
+            "answers": answers,
+            "hashes": hashes,
+            "films": book.films(),
+        },
     )
     write_json(folder / "skipped.json", rows)
     book.save()

@@ -4,8 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
+from harness.tracers.rays import RayHits
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +34,17 @@ class Render:
     engine: str = "depth_first"
     options: Mapping[str, object] = field(default_factory=dict)
     count_rays: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """Trace rays through the loaded scene. Answered by `RayHits` or `Refused`."""
+
+    origins: NDArray[np.float32]
+    directions: NDArray[np.float32]
+    t_min: float | NDArray[np.float32] = 0.0
+    t_max: float | NDArray[np.float32] = np.inf
+    any_hit: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,5 +79,5 @@ class Failed:
     message: str
 
 
-Request = Probe | Load | Render
-Answer = Ready | Loaded | Refused | Failed | RenderResult
+Request = Probe | Load | Render | Trace
+Answer = Ready | Loaded | Refused | Failed | RenderResult | RayHits

@@ -88,10 +88,9 @@ def plan_seeds(config: Config, subject: Subject) -> list[PlannedImage]:
 
 def plan_convergence(config: Config, subject: Subject) -> list[PlannedImage]:
     """List the images at doubling sample counts; the seeds of one count are those of no other."""
-    if not config.converges(subject.tracer):
+    if not config.converges(subject.model, subject.tracer):
         return []
     folder = Path("convergence") / subject.model / subject.tracer
-    seeds = config["convergence"]["seeds"]
     return [
         PlannedImage(
             subject,
@@ -99,7 +98,7 @@ def plan_convergence(config: Config, subject: Subject) -> list[PlannedImage]:
             Render(seed=CONVERGENCE_SEED + 1000 * doubling + index, spp=2**doubling),
         )
         for doubling in range(config["convergence"]["doublings"] + 1)
-        for index in range(seeds)
+        for index in range(config.convergence_seeds(subject.scene, doubling))
     ]
 
 
@@ -115,7 +114,8 @@ def plan_timing(config: Config, subject: Subject) -> list[PlannedTime]:
 def plan_packets(config: Config, subject: Subject, engines: Sequence[str]) -> list[PlannedTime]:
     """List the sweep of packet sizes: every size and order once before any of them again."""
     sweep = config["packets"]
-    if "packets" not in engines or subject.model not in sweep["models"]:
+    swept = subject.scene in sweep["scenes"] and subject.model in sweep["models"]
+    if "packets" not in engines or not swept:
         return []
     cases = [
         {"packet": size, "order": order} for size in sweep["sizes"] for order in sweep["orders"]

@@ -57,7 +57,7 @@ def _output(*command: str) -> str | None:
 
 def sources() -> list[Path]:
     """List the files whose content decides what an image looks like."""
-    patterns = ("*.py", "*.h", "*.cu", "*.cpp")
+    patterns = ("*.py", "*.h", "*.cuh", "*.cpp")
     files = {
         path
         for folder in SOURCES
@@ -85,7 +85,7 @@ def tracer_code(tracer: str) -> str:
     else:
         # Kernels for the GPU are compiled from the headers at run time.
         files = [*(ROOT / "harness" / "scene").rglob("*.py"), ROOT / "harness/tracers/haste.py"]
-        files += [*(ROOT / "haste_cuda").rglob("*.h"), *(ROOT / "haste_cuda").rglob("*.cu")]
+        files += [*(ROOT / "haste_cuda").rglob("*.h"), *(ROOT / "haste_cuda").rglob("*.cuh")]
         extension = extension_path()
         files += [extension] if extension else []
         versions = ""

@@ -14,7 +14,8 @@ SUMMARY = "truth.json"
 def truth_scene(config: Config, name: str, threads: int) -> Path:
     """Render the ground truth of one scene in each of its models.
 
-    A model that Mitsuba cannot render on this machine is noted with the reason. Batches that are
+    A model that Mitsuba cannot render on this machine, or only with pixels that are not finite, is
+    noted with the reason. Batches that are
     there already, from the same scene, settings and code, are kept.
 
     Parameters
@@ -64,7 +65,7 @@ def truth_scene(config: Config, name: str, threads: int) -> Path:
                 progress=lambda text, model=model: progress.hint(f"{model} truth, {text}"),
                 threads=threads,
             )
-        except UnavailableVariantError as refusal:
+        except (UnavailableVariantError, FloatingPointError) as refusal:
             progress.say(f"{model} has no ground truth: {refusal}")
             skipped.append({"model": model, "reason": str(refusal)})
         else:

@@ -21,9 +21,11 @@ from harness.measure.messages import (
     Refused,
     Render,
     Request,
+    Trace,
 )
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult, Tracer, UnsupportedError
+from harness.tracers.rays import RayHits
 from harness.tracers.registry import load_tracer
 
 STDERR_LINES = 12
@@ -58,6 +60,11 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
                 return Refused(str(refusal))
         case Render(seed, spp, engine, options, count_rays):
             return tracer.render(seed, spp, engine=engine, options=options, count_rays=count_rays)
+        case Trace(origins, directions, t_min, t_max, any_hit):
+            try:
+                return tracer.trace(origins, directions, t_min, t_max, any_hit=any_hit)
+            except UnsupportedError as refusal:
+                return Refused(str(refusal))
 
 
 def _serve(connection: Connection, target: str, threads: int, log: str) -> None:
@@ -205,4 +212,10 @@ class Worker:
         """Render the loaded scene once."""
         answer = self._ask(request)
         assert isinstance(answer, RenderResult)
+        return answer
+
+    def trace(self, request: Trace) -> RayHits:
+        """Trace rays through the loaded scene."""
+        answer = self._ask(request)
+        assert isinstance(answer, RayHits)
         return answer

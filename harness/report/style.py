@@ -19,6 +19,7 @@ MARKERS = {
     "mitsuba-llvm": "^",
     "mitsuba-cuda": "v",
     "mitsuba-scalar": "P",
+    "truth": "x",
 }
 """A second sign beside the colour, since equal curves lie on top of each other."""
 

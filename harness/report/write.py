@@ -10,8 +10,12 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
+from harness.answers import judge_answers
 from harness.gate import judge, settings_of
 from harness.report.agreement_figure import plot_agreement
+from harness.report.answers_figure import plot_answers
+from harness.report.answers_table import answers_table
+from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
 from harness.report.style import colour_of, save_svg
@@ -104,9 +108,12 @@ def write_report(results_dir: Path) -> Path:
     measurements = read_measurements(results_dir / "measurements.csv")
     settings = settings_of(jobs)
     judgements, absent = judge(jobs, settings)
+    answers = judge_answers(jobs)
     provenance = merge_provenance(jobs)
     captions = read_captions()
     figures = _Figures(results_dir / "figures", [])
+    # A known answer is one colour all over the image, and judged by more than the truth.
+    pictured = [job for job in jobs if not job.description.get("answers")]
     panels = [(job.name, model) for job in jobs for model in job.models]
     scenes = [
         {
@@ -118,7 +125,7 @@ def write_report(results_dir: Path) -> Path:
                 if (strip := make_strip(job, model, judgements, settings.tile)) is not None
             ],
         }
-        for job in jobs
+        for job in pictured
     ]
     convergence = [
         figures.add(
@@ -138,10 +145,12 @@ def write_report(results_dir: Path) -> Path:
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent),
+        "answers": answers_table(answers),
         "speed": speed_table(measurements, jobs),
-        "errors": error_table(measurements, jobs),
+        "errors": error_table(measurements, pictured),
         "sweep": packets_table(measurements, jobs),
         "times": times_table(measurements, jobs),
+        "eye_rays": eye_rays_table(jobs),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -162,6 +171,9 @@ def write_report(results_dir: Path) -> Path:
         matrix=make_matrix(jobs, judgements, absent),
         agreement=figures.add(
             "agreement", plot_agreement(judgements), "Agreement", captions["agreement"]
+        ),
+        answers_figure=figures.add(
+            "answers", plot_answers(answers), "Known answers", captions["answers"]
         ),
         scenes=scenes,
         captions=captions,

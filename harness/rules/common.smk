@@ -1,6 +1,7 @@
 """What the rules share: the checked settings, and the files that a result depends on."""
 
 import json
+import re
 import sys
 
 from snakemake.exceptions import WorkflowError
@@ -10,10 +11,13 @@ sys.path.insert(0, workflow.basedir)
 
 from harness.measure.config import ConfigError, check_config
 from harness.measure.inputs import package_sources, scene_files, tracing_sources
+from harness.preflight import check_run
+from harness.scene import SceneError
 
 try:
     SETTINGS = check_config(config)
-except ConfigError as error:
+    check_run(SETTINGS)
+except (ConfigError, SceneError) as error:
     raise WorkflowError(str(error)) from None
 
 RESULTS = SETTINGS["results_dir"].rstrip("/")
@@ -23,7 +27,7 @@ PYTHON = sys.executable
 
 
 wildcard_constraints:
-    scene="|".join(SCENES),
+    scene="|".join(map(re.escape, SCENES)),
 
 
 localrules:

@@ -4,8 +4,10 @@
 rule measure:
     input:
         settings=f"{RESULTS}/settings.json",
+        features=ancient(f"{RESULTS}/features.txt"),
         scene=lookup(within=SCENE_FILES, dpath="{scene}"),
         sources=tracing_sources(),
+        answers=package_sources("reference/analytic") + ["harness/answers.py"],
     output:
         f"{RESULTS}/scenes/{{scene}}/measured.json",
     log:

@@ -4,6 +4,7 @@
 rule truth:
     input:
         settings=f"{RESULTS}/settings.json",
+        features=ancient(f"{RESULTS}/features.txt"),
         scene=lookup(within=SCENE_FILES, dpath="{scene}"),
         sources=package_sources("reference", "harness/scene", "harness/measure"),
     output:

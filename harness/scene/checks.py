@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from harness.scene.errors import SceneError
 from harness.scene.materials import check_bsdf
 from harness.scene.nodes import Problems, children, children_of_type, colour, reachable
+from harness.scene.plugins import MEDIA, plugin_status, refusal, type_name
 from harness.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -14,9 +15,9 @@ if TYPE_CHECKING:
     ParserState = mi.parser.ParserState
     SceneNode = mi.parser.SceneNode
 
-SHAPES = ("sphere", "rectangle", "cube", "disk", "ply", "obj")
-EMITTERS = ("area", "constant")
 ENERGY_LIMIT = 1.0 + 1e-6
+MAX_PIXELS = 8192 * 8192
+"""Pixels of the largest picture: the largest size that settings.yaml can name."""
 MODELS = ("path", "haste", "whitted")
 
 
@@ -41,8 +42,8 @@ def check_state(state: "ParserState", problems: Problems) -> None:
             _check_shape(state, node, problems)
         elif node.type == types.Emitter:
             _check_emitter(node, problems)
-        elif node.type in (types.Medium, types.PhaseFunction, types.Volume):
-            problems.add(node, "participating media are not supported")
+        elif type_name(node) in (*MEDIA, "Unknown"):
+            problems.add(node, refusal(type_name(node)))
     for index in _bsdfs(state):
         check_bsdf(state, state.nodes[index], problems)
     environments = [
@@ -73,8 +74,8 @@ def _check_shape(state: "ParserState", node: "SceneNode", problems: Problems) ->
     import mitsuba as mi
 
     plugin = node.props.plugin_name()
-    if plugin not in SHAPES:
-        problems.add(node, f"unsupported shape; supported are {', '.join(SHAPES)}")
+    if plugin_status(node) == "missing":
+        problems.add(node, refusal("Shape"))
         return
     if plugin in ("ply", "obj") and "filename" not in node.props:
         problems.add(node, 'the parameter "filename" is missing')
@@ -94,8 +95,8 @@ def _check_shape(state: "ParserState", node: "SceneNode", problems: Problems) ->
 
 def _check_emitter(node: "SceneNode", problems: Problems) -> None:
     plugin = node.props.plugin_name()
-    if plugin not in EMITTERS:
-        problems.add(node, f"unsupported emitter; supported are {', '.join(EMITTERS)}")
+    if plugin_status(node) == "missing":
+        problems.add(node, refusal("Emitter"))
         return
     for key in node.props:
         if key != "radiance":
@@ -111,13 +112,37 @@ def _check_sensor(state: "ParserState", root: "SceneNode", problems: Problems) -
         problems.add(state.nodes[index], "a scene has exactly one sensor")
     for index in sensors:
         node = state.nodes[index]
-        if node.props.plugin_name() != "perspective":
-            problems.add(node, "unsupported sensor; supported is perspective")
+        if plugin_status(node) == "missing":
+            problems.add(node, refusal("Sensor"))
         elif "to_world" in node.props and not _finite(node.props["to_world"].matrix):
             problems.add(node, '"to_world" is not finite')
         for film in children_of_type(state, node, "Film"):
-            if state.nodes[film].props.plugin_name() != "hdrfilm":
-                problems.add(state.nodes[film], "unsupported film; supported is hdrfilm")
+            _check_film(state.nodes[film], problems)
+
+
+def _check_film(node: "SceneNode", problems: Problems) -> None:
+    import mitsuba as mi
+
+    if plugin_status(node) == "missing":
+        problems.add(node, refusal("Film"))
+        return
+    size = []
+    for side, default in (("width", 768), ("height", 576)):
+        if side not in node.props:
+            size.append(default)
+        elif node.props.type(side) != mi.Properties.Type.Integer:
+            problems.add(node, f'"{side}" must be an integer')
+        elif int(node.props[side]) < 1:
+            problems.add(node, f'"{side}" must be at least 1, not {int(node.props[side])}')
+        else:
+            size.append(int(node.props[side]))
+    if len(size) == 2 and math.prod(size) > MAX_PIXELS:
+        problems.add(node, too_large(*size))
+
+
+def too_large(width: int, height: int) -> str:
+    """What is said of a picture of more than `MAX_PIXELS` pixels."""
+    return f"{width} x {height} are {width * height} pixels, more than the {MAX_PIXELS} supported"
 
 
 def _finite(matrix: "mi.ScalarMatrix4d") -> bool:
@@ -127,17 +152,20 @@ def _finite(matrix: "mi.ScalarMatrix4d") -> bool:
 def check_model(scene: Scene, model: str) -> None:
     """Raise `SceneError` if `scene` cannot be rendered with `model`: "path", "haste" or "whitted".
 
-    `haste` and `whitted` know no lights but emitting shapes. `path` demands that no material
-    reflects and transmits more than it receives: max over channels of k_d + k_s + reflection +
-    transmission <= 1.
+    Something must emit light; `haste` and `whitted` know no lights but emitting shapes. `path`
+    demands that no material reflects and transmits more than it receives: max over channels of
+    k_d + k_s + reflection + transmission <= 1.
     """
     problems = []
     if model not in MODELS:
         problems.append(f'unknown model "{model}"; known are {", ".join(MODELS)}')
     if model in ("haste", "whitted") and scene.environment is not None:
         problems.append(f"an environment has no meaning in the model {model}")
-    if model in ("haste", "whitted") and not scene.lights:
+    lit = any(max(light.radiance) > 0.0 for light in scene.lights)
+    if model in ("haste", "whitted") and not lit:
         problems.append(f"no shape emits light, so that a picture of the model {model} is black")
+    if model == "path" and not lit and not max(scene.environment or (0.0,)) > 0.0:
+        problems.append("nothing emits light, so that a picture of the model path is black")
     if model == "path":
         for material in scene.materials:
             albedo = max(map(sum, zip(material.diffuse, material.specular, strict=True)))

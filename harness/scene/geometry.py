@@ -1,7 +1,10 @@
 """World space geometry of a parser state: Mitsuba builds the shapes, this reads their buffers."""
 
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +12,7 @@ import numpy.typing as npt
 
 from harness.scene.camera import to_world_matrix
 from harness.scene.nodes import Problems, children, children_of_type
+from harness.scene.ply import check_ply
 from harness.scene.variant import active_variant, parser_config
 
 if TYPE_CHECKING:
@@ -66,8 +70,10 @@ def build_geometry(state: "ParserState", problems: Problems) -> Geometry:
     meshes: list[_Mesh] = []
     spheres: list[tuple[float, float, float, float]] = []
     triangle_count = vertex_count = 0
-    nodes = children_of_type(state, state.nodes[0], "Shape")
-    for index, instance in zip(nodes, _instances(state), strict=True):
+    broken = _broken_files(state, problems)
+    shapes = children_of_type(state, state.nodes[0], "Shape")
+    nodes = [index for index in shapes if index not in broken]
+    for index, instance in _build(state, nodes, problems):
         node = state.nodes[index]
         light = bool(children_of_type(state, node, "Emitter"))
         if node.props.plugin_name() == "sphere":
@@ -102,8 +108,46 @@ def build_geometry(state: "ParserState", problems: Problems) -> Geometry:
     )
 
 
-def _instances(state: "ParserState") -> list[Any]:
-    """Shapes of the scene as Mitsuba builds them.
+def _broken_files(state: "ParserState", problems: Problems) -> set[int]:
+    """Nodes of the shapes whose PLY file is broken; what is wrong is recorded."""
+    broken = set()
+    for index in children_of_type(state, state.nodes[0], "Shape"):
+        node = state.nodes[index]
+        reason = None
+        if node.props.plugin_name() == "ply":
+            reason = check_ply(Path(str(node.props["filename"])))
+        if reason is not None:
+            problems.add(node, reason)
+            broken.add(index)
+    return broken
+
+
+def _build(state: "ParserState", nodes: Sequence[int], problems: Problems) -> list[tuple[int, Any]]:
+    """Shape nodes with the shapes that Mitsuba makes of them.
+
+    Mitsuba stops at the first shape that it cannot build. Halves are tried then, so that all such
+    shapes are recorded, and left out.
+    """
+    try:
+        return list(zip(nodes, _instances(state, nodes), strict=True))
+    except RuntimeError as error:
+        if "failed to instantiate shape" not in str(error):
+            raise
+        if len(nodes) == 1:
+            problems.add(state.nodes[nodes[0]], _reason(error))
+            return []
+        half = len(nodes) // 2
+        return _build(state, nodes[:half], problems) + _build(state, nodes[half:], problems)
+
+
+def _reason(error: RuntimeError) -> str:
+    """What Mitsuba says of one shape, without the place, which the message has already."""
+    text = str(error).partition("failed to instantiate shape")[2].partition(": ")[2]
+    return re.sub(r"\[[\w.:]+\] ", "", text).strip()
+
+
+def _instances(state: "ParserState", nodes: Sequence[int]) -> list[Any]:
+    """Shapes of some nodes of the scene, as Mitsuba builds them.
 
     In a copy of the state `diffuse` takes the place of `phong`, which is defined outside Mitsuba
     and has no scalar version, and shapes do not emit: Mitsuba would stop at a light of zero area
@@ -112,6 +156,10 @@ def _instances(state: "ParserState") -> list[Any]:
     import mitsuba as mi
 
     copy = mi.parser.ParserState(state)
+    root, wanted = copy.nodes[0], set(nodes)
+    for key, child in children(root):
+        if copy.nodes[child].type == mi.ObjectType.Shape and child not in wanted:
+            del root.props[key]
     for node in copy.nodes:
         if node.props.plugin_name() == "phong":
             stand_in = mi.Properties("diffuse")

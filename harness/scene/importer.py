@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.scene.camera import read_camera
+from harness.scene.checks import MAX_PIXELS, too_large
 from harness.scene.errors import SceneError
 from harness.scene.features import compute_features
 from harness.scene.geometry import Geometry, build_geometry
@@ -29,6 +30,7 @@ def load_scene(
     width: int | None = None,
     height: int | None = None,
     recentre: bool = False,
+    parameters: Mapping[str, str] | None = None,
 ) -> Scene:
     """Read a scene folder (scenes/<name>), a Mitsuba XML file or a Mitsuba dictionary.
 
@@ -46,11 +48,15 @@ def load_scene(
         height=height,
         integrator={"type": "path"},
         recentre=recentre,
+        parameters=parameters,
     )
     problems = Problems(state)
     with mitsuba_errors(scene_name(source)):
         geometry = build_geometry(state, problems)
     camera = read_camera(state)
+    if camera.width * camera.height > MAX_PIXELS:
+        sensor = children_of_type(state, state.nodes[0], "Sensor")[0]
+        problems.add(state.nodes[sensor], too_large(camera.width, camera.height))
     _check_far_clip(state, geometry, camera, problems)
     if problems.lines:
         raise SceneError(scene_name(source), problems.lines)

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from harness.scene.nodes import Problems, children_of_type, colour, location, number
+from harness.scene.plugins import refusal
 from harness.scene.records import Material
 from harness.scene.variant import active_variant
 
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
     ParserState = mi.parser.ParserState
     SceneNode = mi.parser.SceneNode
 
-BSDFS = ("phong", "diffuse", "conductor", "dielectric", "twosided")
 PHONG_PARAMETERS = (
     "diffuse_reflectance",
     "specular_reflectance",
@@ -87,7 +87,7 @@ def _read(node: "SceneNode", problems: Problems) -> Material | None:
     if plugin == "dielectric":
         return _dielectric(node, problems)
     if plugin != "twosided":
-        problems.add(node, f"unsupported BSDF; supported are {', '.join(BSDFS)}")
+        problems.add(node, refusal("BSDF"))
     return None
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from harness.scene.checks import check_state
 from harness.scene.errors import SceneError
+from harness.scene.generated import generated_in
 from harness.scene.nodes import Problems, children, children_of_type, reachable
 from harness.scene.recentre import recentre_state
 from harness.scene.variant import active_variant, mitsuba_errors, parser_config
@@ -38,6 +39,29 @@ def scene_file(source: str | os.PathLike[str]) -> Path:
     return file
 
 
+def read_state(
+    source: SceneSource, variant: str, parameters: Mapping[str, str] | None = None
+) -> "ParserState":
+    """Parse a scene and resolve its references; nothing in it is judged or changed.
+
+    Raises `SceneError` where Mitsuba's parser cannot read it.
+    """
+    import mitsuba as mi
+
+    name = scene_name(source)
+    with active_variant(variant), mitsuba_errors(name):
+        config = parser_config(variant)
+        if isinstance(source, Mapping):
+            state = mi.parser.parse_dict(config, _without_phong(source))
+            _restore_phong(state)
+        else:
+            file = scene_file(source).resolve()
+            _check_generated(name, file)
+            state = mi.parser.parse_file(config, os.fspath(file), **(parameters or {}))
+        mi.parser.transform_all(config, state)
+    return state
+
+
 def parse_scene(
     source: SceneSource,
     variant: str,
@@ -46,6 +70,7 @@ def parse_scene(
     height: int | None = None,
     integrator: Mapping[str, Any] | None = None,
     recentre: bool = False,
+    parameters: Mapping[str, str] | None = None,
 ) -> "ParserState":
     """Parse a scene folder, XML file or Mitsuba dictionary into a parser state for `variant`.
 
@@ -57,21 +82,14 @@ def parse_scene(
     `mi.parser.instantiate`.
 
     `recentre` moves shapes and sensor by minus the centre of the scene's bounding box, in double
-    precision.
+    precision. `parameters` are values for the `<default>` parameters of a file, as after Mitsuba's
+    own option -D.
 
     Raises `SceneError`, naming everything in the scene that is not supported and where it stands.
     """
-    import mitsuba as mi
-
     name = scene_name(source)
     with active_variant(variant), mitsuba_errors(name):
-        config = parser_config(variant)
-        if isinstance(source, Mapping):
-            state = mi.parser.parse_dict(config, _without_phong(source))
-            _restore_phong(state)
-        else:
-            state = mi.parser.parse_file(config, os.fspath(scene_file(source).resolve()))
-        mi.parser.transform_all(config, state)
+        state = read_state(source, variant, parameters)
         problems = Problems(state)
         _resolve_files(state, problems)
         check_state(state, problems)
@@ -87,6 +105,18 @@ def parse_scene(
         if problems.lines:
             raise SceneError(name, problems.lines)
     return state
+
+
+def _check_generated(name: str, file: Path) -> None:
+    """Refuse a shipped scene whose generated files are not there, naming the command that helps.
+
+    A missing file that the scene includes would end Mitsuba's parser with a message of its own.
+    """
+    scene = generated_in(file.parent)
+    if scene is not None and scene.missing:
+        command = f"python -m harness generate --scene {scene.name}"
+        lines = [f'file not found: "{part}" (made by: {command})' for part in scene.missing]
+        raise SceneError(name, lines)
 
 
 def _without_phong(value: Any) -> Any:

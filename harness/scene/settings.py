@@ -36,6 +36,14 @@ class RenderSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class EyeRays:
+    """How many of an image's eye rays were published to hit, and how far a count may be off."""
+
+    hits: int
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
 class Settings:
     """A scene's settings.yaml, with the schema's defaults where it is silent."""
 
@@ -51,6 +59,9 @@ class Settings:
     picture: tuple[int, int]
     caustic: bool
     recentre: bool
+    answer: str
+    eye_rays: EyeRays | None
+    picture_parameters: Mapping[str, str]
 
     def render(
         self, model: Model, width: int | None = None, height: int | None = None
@@ -122,6 +133,11 @@ def _settings(source: str, written: Any, *, title: str) -> Settings:
         picture=_size(values["picture"]),
         caustic=values["caustic"],
         recentre=values["recentre"],
+        answer=values["answer"],
+        eye_rays=EyeRays(**values["eye_rays"]) if values["eye_rays"] else None,
+        picture_parameters={
+            name: str(value) for name, value in values["picture_parameters"].items()
+        },
     )
 
 

@@ -118,3 +118,4 @@ def record_convergence(
         recorder.measure(subject, "slope", exact(math.nan, 0), status="skipped", note=str(error))
         return
     recorder.measure(subject, "slope", fit.slope)
+    recorder.measure(subject, "slope_p_value", exact(fit.p_value, fit.slope.n))

@@ -93,11 +93,18 @@ class SceneJob:
     provenance: Mapping[str, Any]
     timing: Sequence[Mapping[str, Any]]
     skipped: Sequence[Mapping[str, str]]
+    untrue: Mapping[str, str]
+    """models without a ground truth, and why: their images have nothing to be compared with"""
 
     @property
     def run(self) -> str:
         """Name of the run, which joins rows to the provenance."""
         return str(self.provenance.get("run", "unnamed"))
+
+    @property
+    def miniature(self) -> bool:
+        """Whether the run tried the machinery, with too few images for some questions."""
+        return bool(self.provenance.get("config", {}).get("miniature", False))
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -108,29 +115,41 @@ class SceneJob:
     def models(self) -> list[str]:
         """Models with a truth or images, in the order of the tables."""
         found = {path.name for kind in ("truth", "seeds") for path in self._folders(kind)}
-        found |= {str(row["model"]) for row in [*self.timing, *self.skipped]}
+        found |= {str(row["model"]) for row in [*self.timing, *self.skipped]} | set(self.untrue)
         return sorted(found, key=model_order)
 
     def _folders(self, kind: str) -> list[Path]:
         return [path for path in (self.folder / kind).glob("*") if path.is_dir()]
 
     def tracers(self, model: str) -> list[str]:
-        """Tracers with images of a model, in the order of the registry."""
-        found = {
+        """Tracers with images of a model that can be judged, in the order of the registry."""
+        if model in self.untrue:
+            return []
+        found = self._rendered(model)
+        return sorted(found, key=tracer_order)
+
+    def _rendered(self, model: str) -> set[str]:
+        """Tracers with images of a model."""
+        return {
             path.name
             for kind in ("seeds", "convergence")
             for path in (self.folder / kind / model).glob("*")
             if path.is_dir() and any(path.iterdir())
         }
-        return sorted(found, key=tracer_order)
 
     def absent(self, model: str) -> list[Absence]:
-        """Tracers that were skipped or failed in a model, in the order of the registry."""
+        """Tracers that were skipped, failed, or cannot be judged in a model, in the order of the
+        registry.
+        """
         rows = [
             Absence(str(row["tracer"]), str(row.get("status", "skipped")), str(row["reason"]))
             for row in self.skipped
             if row["model"] == model
         ]
+        if model in self.untrue:
+            reason = f"no ground truth: {self.untrue[model]}"
+            named = {row.tracer for row in rows}
+            rows += [Absence(tracer, "skipped", reason) for tracer in self._rendered(model) - named]
         return sorted(rows, key=lambda row: tracer_order(row.tracer))
 
     def truth(self, model: str) -> Truth:
@@ -180,6 +199,8 @@ def read_job(folder: Path) -> SceneJob:
     description = read_json(folder / "scene.json")
     width, height = description["resolution"]
     timing, skipped = folder / "timing.json", folder / "skipped.json"
+    truth = folder / "truth.json"
+    untrue = read_json(truth).get("skipped", []) if truth.exists() else []
     return SceneJob(
         folder=folder,
         name=str(description.get("name", folder.name)),
@@ -191,19 +212,47 @@ def read_job(folder: Path) -> SceneJob:
         provenance=read_json(folder / "provenance.json"),
         timing=read_json(timing) if timing.exists() else [],
         skipped=read_json(skipped) if skipped.exists() else [],
+        untrue={str(row["model"]): str(row["reason"]) for row in untrue},
     )
 
 
-def read_jobs(results_dir: Path) -> list[SceneJob]:
-    """Read all scene jobs of a results folder; raises ResultsError if there is none.
+def scenes_of_run(results_dir: Path) -> list[str] | None:
+    """Names of the scenes that the settings.json of a results folder names, None without one."""
+    settings = results_dir / "settings.json"
+    if not settings.exists():
+        return None
+    return _names(read_json(settings).get("scenes", []))
 
-    They come in the order of the run's settings where the provenance tells it, else by name.
+
+def _names(scenes: str | Sequence[str]) -> list[str]:
+    """What jobs call scenes of a run's settings: by their folder, or by their file's stem."""
+    paths = [Path(scene) for scene in ([scenes] if isinstance(scenes, str) else scenes)]
+    folders = [path.parent if path.name == "scene.xml" else path for path in paths]
+    return [path.stem if path.suffix == ".xml" else path.name for path in folders]
+
+
+def read_jobs(results_dir: Path) -> list[SceneJob]:
+    """Read the scene jobs of a run; raises ResultsError if there is none, or not one for each scene
+    of its settings.
+
+    Only scenes that the run's settings.json names count: folders of earlier runs are left alone.
+    Without that file all do. They come in the order of the run's settings, or of the provenance, or
+    by name.
     """
     folders = sorted(path.parent for path in (results_dir / "scenes").glob("*/scene.json"))
     if not folders:
         raise ResultsError(f"{results_dir / 'scenes'}: no scene job has been written here")
+    wanted = scenes_of_run(results_dir)
+    if wanted is not None:
+        lost = [name for name in wanted if name not in {folder.name for folder in folders}]
+        if lost:
+            raise ResultsError(
+                f"{results_dir / 'scenes'}: no scene job of {', '.join(lost)}, which "
+                "settings.json names; is the run complete?"
+            )
+        folders = [folder for folder in folders if folder.name in wanted]
     jobs = [read_job(folder) for folder in folders]
-    order = list(jobs[0].provenance.get("config", {}).get("scenes", []))
+    order = wanted or _names(jobs[0].provenance.get("config", {}).get("scenes", []))
     return sorted(
         jobs, key=lambda job: (order.index(job.name) if job.name in order else len(order), job.name)
     )

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from harness.statistics.intervals import Interval
+from harness.tables.answers import record_answers
+from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
@@ -27,6 +29,8 @@ def tile_size(job: SceneJob) -> int:
 
 def record_job(recorder: Recorder, job: SceneJob) -> None:
     """Record everything that one scene's job has measured, skipped or failed to do."""
+    record_answers(recorder, job)
+    record_eye_rays(recorder, job)
     times = group_times(job)
     record_times(recorder, job, times)
     record_ratios(recorder, job, times)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.scene import RenderSettings
+from harness.tracers.rays import RayHits, Rays, make_rays
 
 NO_OPTIONS: Mapping[str, object] = MappingProxyType({})
 
@@ -136,3 +137,38 @@ class Tracer(ABC):
         count_rays
             Count rays, which may cost time; never set in a timed render.
         """
+
+    def trace(
+        self,
+        origins: NDArray[np.float32],
+        directions: NDArray[np.float32],
+        t_min: float | NDArray[np.float32] = 0.0,
+        t_max: float | NDArray[np.float32] = np.inf,
+        *,
+        any_hit: bool = False,
+    ) -> RayHits:
+        """Trace rays through the loaded scene; nothing is shaded.
+
+        Parameters
+        ----------
+        origins, directions
+            float32 [N, 3]; directions need not have unit length.
+        t_min, t_max
+            Hits count within (t_min, t_max], in units of the direction: one number for all rays, or
+            float32 [N].
+        any_hit
+            Ask only whether there is a hit, as for a shadow ray, not where the closest one is.
+
+        Raises
+        ------
+        ValueError
+            An array has the wrong shape or type, or a ray makes no sense; names it.
+        UnsupportedError
+            The tracer has no such query.
+        """
+        return self._replay(make_rays(origins, directions, t_min, t_max), any_hit=any_hit)
+
+    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
+        """Trace checked rays; what a tracer implements if it has such a query."""
+        del rays, any_hit
+        raise UnsupportedError(f"{self.name} traces no rays but those of its own images")

@@ -5,8 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from harness.scene import RenderSettings, Scene, SceneError, check_model, load_scene, load_settings
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
+from harness.tracers.rays import NONE, RayHits, Rays
 
 MODELS = frozenset({"path", "haste", "whitted"})
 EXTENSION_MISSING = (
@@ -121,6 +124,7 @@ class _HasteTracer(Tracer):
             raise UnsupportedError(str(error)) from error
         loaded = time.perf_counter()
         self.scene = to_core(scene, self.threads)
+        self.owners = np.concatenate([scene.triangle_shape, scene.sphere_shape])
         self.model = settings.model
         self.settings = to_core_settings(settings)
         bvh = self.scene.bvh
@@ -168,6 +172,34 @@ class _HasteTracer(Tracer):
             extras={name: float(answer[name]) for name in names if name in answer},
         )
 
+    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
+        import haste_cuda
+
+        return haste_cuda.trace_cpu(
+            self.scene,
+            *(rays.origins, rays.directions, rays.t_min, rays.t_max),
+            threads=self.threads,
+            **how,
+        )
+
+    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
+        answer = self._trace_rays(rays, {"any_hit": any_hit})
+        primitive = answer["primitive"]
+        known = primitive != NONE
+        shape = np.full(len(rays), NONE)
+        shape[known] = self.owners[primitive[known]]
+        return RayHits(
+            t=answer["t"],
+            shape=shape,
+            primitive=primitive,
+            seconds=float(answer["seconds"]),
+            extras={
+                name: float(value)
+                for name, value in answer.items()
+                if name.endswith("_seconds") or name == "registers"
+            },
+        )
+
 
 class HasteCpu(_HasteTracer):
     """The core compiled for the CPU, on its own BVH."""
@@ -194,6 +226,9 @@ class Embree(_HasteTracer):
 
     def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
         return super()._trace({**arguments, "intersector": "embree"})
+
+    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
+        return super()._trace_rays(rays, {**how, "intersector": "embree"})
 
 
 class HasteCuda(_HasteTracer):
@@ -222,3 +257,10 @@ class HasteCuda(_HasteTracer):
         import haste_cuda
 
         return haste_cuda.render_cuda(self.scene, self.model, self.settings, **arguments)
+
+    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
+        import haste_cuda
+
+        return haste_cuda.trace_cuda(
+            self.scene, *(rays.origins, rays.directions, rays.t_min, rays.t_max), **how
+        )

@@ -5,8 +5,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.scene import RenderSettings, SceneError, parse_scene
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.scene import RenderSettings, SceneError, load_scene, parse_scene
 from harness.tracers.base import NO_OPTIONS, RenderResult, Tracer, UnsupportedError
+from harness.tracers.rays import NONE, RayHits, Rays
 
 PYTHON_PLUGINS = frozenset({"phong"})
 """Plugins that the project registers from Python; the scalar variants do not run them reliably."""
@@ -49,6 +53,8 @@ class _MitsubaTracer(Tracer):
             self.loaded: Any = reference.load(scene_path, settings, self.variant)
         except SceneError as error:
             raise UnsupportedError(str(error)) from error
+        self.scene_path = scene_path
+        self.first_primitives: NDArray[np.uint32] | None = None
         return {"load_seconds": time.perf_counter() - start}
 
     def render(
@@ -65,6 +71,34 @@ class _MitsubaTracer(Tracer):
 
         image, seconds = reference.render(self.loaded, seed, spp)
         return RenderResult(image=image, seconds=seconds)
+
+    def _number_primitives(self) -> NDArray[np.uint32]:
+        """Number of each shape's first primitive, as the import counts them; uint32 [shapes]."""
+        from reference.mitsuba.rendering import is_recentred
+
+        scene = load_scene(self.scene_path, recentre=is_recentred(self.scene_path))
+        triangles = len(scene.triangles)
+        return np.array(
+            [
+                triangles + shape.first
+                if shape.kind == "sphere"
+                else shape.first
+                if own.is_mesh()
+                else NONE
+                for shape, own in zip(scene.shapes, self.loaded.scene.shapes(), strict=True)
+            ],
+            np.uint32,
+        )
+
+    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
+        import mitsuba as mi
+
+        from harness.tracers.mitsuba_rays import trace
+
+        if self.first_primitives is None:
+            self.first_primitives = self._number_primitives()
+        mi.set_variant(self.variant)
+        return trace(self.loaded.scene, self.first_primitives, rays, any_hit=any_hit)
 
 
 class MitsubaLlvm(_MitsubaTracer):

@@ -42,6 +42,7 @@ nanobind::dict to_dict(RenderOutput output, const Camera<float>& camera);
 
 void bind_scene(nanobind::module_& module);
 void bind_render(nanobind::module_& module);
+void bind_replay(nanobind::module_& module);
 void bind_testing(nanobind::module_& module);
 
 }  // namespace haste

@@ -13,6 +13,7 @@ NB_MODULE(_core, module) {
         "How the extension was compiled: a dict of strings, for a measurement's provenance.");
     haste::bind_scene(module);
     haste::bind_render(module);
+    haste::bind_replay(module);
     haste::bind_testing(module);
     haste::cuda::bind_cuda(module);
 }

@@ -12,6 +12,7 @@
 
 #include "bindings/bindings.h"
 #include "core/accel/bvh2_intersector.h"
+#include "core/engine/admission.h"
 #include "core/geometry/surface.h"
 #include "core/model/phong_bsdf.h"
 #include "core/precision.h"
@@ -208,6 +209,17 @@ nb::object bsdf_evaluate(const Material<float>& material, const std::array<float
     return nb::make_tuple(points_to_numpy(values), numpy(std::move(pdf), {n}));
 }
 
+nb::object lifo_need(u32 generations, u32 children) {
+    return nb::int_(RayTree{generations, children}.lifo_need());
+}
+
+nb::object next_packet(const std::array<u32, 2>& tree, u64 capacity, u64 packet, u64 pending,
+                       u64 unborn) {
+    const Admission admission({tree[0], tree[1]}, capacity, packet);
+    const PacketPlan plan = admission.next(pending, unborn);
+    return nb::make_tuple(plan.pending, plan.born, plan.lifo);
+}
+
 nb::dict render_planted_reading(SceneHandle& scene, Settings<float> settings, u32 seed, u32 samples,
                                 const std::string& reading, int threads) {
     settings.seed = seed;
@@ -236,6 +248,9 @@ void bind_testing(nb::module_& parent) {
     module.def("spawn", &spawn, "scene"_a, "origins"_a, "directions"_a, "next"_a);
     module.def("bsdf_sample", &bsdf_sample, "material"_a, "view"_a, "numbers"_a);
     module.def("bsdf_evaluate", &bsdf_evaluate, "material"_a, "view"_a, "directions"_a);
+    module.def("lifo_need", &lifo_need, "generations"_a, "children"_a);
+    module.def("next_packet", &next_packet, "tree"_a, "capacity"_a, "packet"_a, "pending"_a,
+               "unborn"_a);
     module.def("render_planted", &render_planted_reading, "scene"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "reading"_a, "threads"_a = 0);
 }

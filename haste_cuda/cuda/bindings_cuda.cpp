@@ -167,6 +167,20 @@ void bind_compiler(nb::module_& module) {
         "Compiles a kernel for an architecture (90 is sm_90); no GPU is needed. See "
         "compile_source.");
     module.def(
+        "compile_replay_kernel",
+        [](bool any_hit, const std::string& precision, std::uint32_t features, int architecture,
+           bool use_cache) {
+            return build(kernel_translation(
+                             ReplaySpecification{
+                                 .any_hit = any_hit, .precision = precision, .features = features},
+                             architecture),
+                         use_cache);
+        },
+        "any_hit"_a, "precision"_a, "features"_a, nb::kw_only(), "architecture"_a,
+        "use_cache"_a = true,
+        "Compiles the kernel that replays rays, for closest hits or for any hit. See "
+        "compile_source.");
+    module.def(
         "compile_source",
         [](const std::string& source, int architecture, const std::vector<std::string>& options,
            const std::string& name, bool use_cache) {

@@ -1,6 +1,5 @@
 #include "cuda/kernel.h"
 
-#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 
@@ -14,26 +13,6 @@ int attribute_of(CUfunction function, FunctionAttribute which, const std::string
     int value = 0;
     HASTE_CUDA_CHECK(driver().function_get_attribute(&value, which, function), name);
     return value;
-}
-
-std::string list_of(std::span<const std::size_t> sizes) {
-    std::string text;
-    for (const std::size_t size : sizes) {
-        text += (text.empty() ? "" : ", ") + std::to_string(size);
-    }
-    return "(" + text + ")";
-}
-
-/// The sizes of the kernel's parameters. The driver marks the end of the list with an error.
-std::vector<std::size_t> parameter_sizes(CUfunction function) {
-    std::vector<std::size_t> sizes;
-    std::size_t offset = 0;
-    std::size_t size = 0;
-    while (driver().function_get_parameter(function, sizes.size(), &offset, &size) ==
-           cuda_success) {
-        sizes.push_back(size);
-    }
-    return sizes;
 }
 
 }  // namespace
@@ -53,13 +32,14 @@ Kernel::Kernel(const CachedProgram& program, const char* entry, std::string name
             .shared_bytes = attribute_of(function_, FunctionAttribute::shared_bytes, name_),
             .max_threads_per_block =
                 attribute_of(function_, FunctionAttribute::max_threads_per_block, name_)};
+        if (driver().function_get_parameter != nullptr) {
+            std::size_t offset = 0;
+            HASTE_CUDA_CHECK(
+                driver().function_get_parameter(function_, 0, &offset, &parameters_size_), name_);
+        }
     } catch (const CudaError&) {
         report(driver().module_unload(module_), "cuModuleUnload");
         throw;
-    }
-    if (driver().function_get_parameter != nullptr) {
-        parameter_sizes_ = parameter_sizes(function_);
-        parameters_known_ = true;
     }
     build_seconds_ =
         program.seconds +
@@ -78,14 +58,13 @@ Kernel::Kernel(Kernel&& other) noexcept
       function_(std::exchange(other.function_, nullptr)),
       attributes_(other.attributes_),
       resources_(std::move(other.resources_)),
-      parameter_sizes_(std::move(other.parameter_sizes_)),
-      parameters_known_(other.parameters_known_),
+      parameters_size_(other.parameters_size_),
       build_seconds_(other.build_seconds_),
       cached_(other.cached_),
       cache_problem_(std::move(other.cache_problem_)) {}
 
-void Kernel::launch_untyped(const Launch& shape, Stream& stream, std::span<const std::size_t> sizes,
-                            std::span<void*> arguments) const {
+void Kernel::launch_untyped(const Launch& shape, Stream& stream, const void* parameters,
+                            std::size_t size) const {
     if (shape.blocks == 0) {
         return;
     }
@@ -101,14 +80,16 @@ void Kernel::launch_untyped(const Launch& shape, Stream& stream, std::span<const
         throw CudaError("the launch [" + subject + "] is refused: a grid has at most " +
                         std::to_string(max_blocks) + " blocks");
     }
-    if (parameters_known_ && !std::ranges::equal(sizes, parameter_sizes_)) {
-        throw std::logic_error("the launch [" + subject + "] has arguments of " + list_of(sizes) +
-                               " bytes, the kernel's parameters have " + list_of(parameter_sizes_));
+    if (parameters_size_ != 0 && parameters_size_ != size) {
+        throw std::logic_error("the launch [" + subject + "] has parameters of " +
+                               std::to_string(size) + " bytes, the kernel's have " +
+                               std::to_string(parameters_size_));
     }
+    void* arguments[] = {const_cast<void*>(parameters)};
     HASTE_CUDA_CHECK(driver().launch_kernel(function_, static_cast<unsigned>(shape.blocks), 1, 1,
                                             static_cast<unsigned>(shape.threads), 1, 1,
                                             static_cast<unsigned>(shape.dynamic_shared_bytes),
-                                            stream.handle(), arguments.data(), nullptr),
+                                            stream.handle(), arguments, nullptr),
                      subject);
     stream.note_launch(name_);
 }
@@ -132,7 +113,8 @@ KernelSet::KernelSet(const Device& device)
                                      device.info().compute_capability_minor)),
       cache_(CubinCache::standard()) {}
 
-const Kernel& KernelSet::get(const KernelSpecification& specification) {
+template <class Specification>
+const Kernel& KernelSet::get_or_build(const Specification& specification) {
     std::string name = specification.name();
     if (const auto found = kernels_.find(name); found != kernels_.end()) {
         return found->second;
@@ -143,6 +125,14 @@ const Kernel& KernelSet::get(const KernelSpecification& specification) {
         kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
     build_seconds_ += kernel.build_seconds();
     return kernel;
+}
+
+const Kernel& KernelSet::get(const KernelSpecification& specification) {
+    return get_or_build(specification);
+}
+
+const Kernel& KernelSet::get(const ReplaySpecification& specification) {
+    return get_or_build(specification);
 }
 
 }  // namespace haste::cuda

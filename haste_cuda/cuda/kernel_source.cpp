@@ -7,6 +7,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "core/base/features.h"
+
 namespace haste::cuda {
 
 namespace {
@@ -101,12 +103,40 @@ std::string hexadecimal(std::uint32_t bits) {
     return text.data();
 }
 
+/// Which kinds of primitive a scene has: all that a replay kernel is compiled for.
+std::uint32_t primitive_features(std::uint32_t features) {
+    return features & (feature_triangles | feature_spheres);
+}
+
+const char* query_name(bool any_hit) { return any_hit ? "any_hit" : "closest"; }
+
+/// What the compiler needs beside the source.
+Translation translation_of(std::string source, std::string name, std::string_view options,
+                           int architecture) {
+    Translation translation{.source = std::move(source),
+                            .name = std::move(name),
+                            .include_root = include_root(),
+                            .architecture = architecture,
+                            .options = {}};
+    for (std::string_view rest = options; !rest.empty();) {
+        const std::size_t end = std::min(rest.find(' '), rest.size());
+        translation.options.emplace_back(rest.substr(0, end));
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    return translation;
+}
+
 }  // namespace
 
 std::string KernelSpecification::name() const {
     return kernel + " " + model + " " + precision + " features=" + hexadecimal(features) +
            " stack=" + std::to_string(stack_capacity) + " film=" + film +
            " layered=" + (layered ? "1" : "0") + " count=" + (count_rays ? "1" : "0");
+}
+
+std::string ReplaySpecification::name() const {
+    return std::string("replay ") + query_name(any_hit) + " " + precision +
+           " features=" + hexadecimal(primitive_features(features));
 }
 
 void set_include_root(const std::filesystem::path& root) {
@@ -157,17 +187,32 @@ std::string kernel_source(const KernelSpecification& specification) {
 
 Translation kernel_translation(const KernelSpecification& specification, int architecture) {
     const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
-    Translation translation{.source = kernel_source(specification),
-                            .name = specification.kernel + "_" + specification.model + ".cu",
-                            .include_root = include_root(),
-                            .architecture = architecture,
-                            .options = {}};
-    for (std::string_view rest = precision.options; !rest.empty();) {
-        const std::size_t end = std::min(rest.find(' '), rest.size());
-        translation.options.emplace_back(rest.substr(0, end));
-        rest.remove_prefix(std::min(end + 1, rest.size()));
+    return translation_of(kernel_source(specification),
+                          specification.kernel + "_" + specification.model + ".cu",
+                          precision.options, architecture);
+}
+
+std::string kernel_source(const ReplaySpecification& specification) {
+    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const std::uint32_t features = primitive_features(specification.features);
+    if (features == 0) {
+        throw std::invalid_argument("a replay kernel needs triangles, spheres or both");
     }
-    return translation;
+    std::string source = "#include \"cuda/kernels/replay.cuh\"\n";
+    source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
+              "(haste::ReplayParams parameters) {\n";
+    source +=
+        "    haste::replay<haste::QueryKind::" + std::string(query_name(specification.any_hit)) +
+        ", haste::Features<" + hexadecimal(features) + "u>, " + std::string(precision.type) +
+        ">(parameters);\n}\n";
+    return source;
+}
+
+Translation kernel_translation(const ReplaySpecification& specification, int architecture) {
+    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    return translation_of(kernel_source(specification),
+                          std::string("replay_") + query_name(specification.any_hit) + ".cu",
+                          precision.options, architecture);
 }
 
 }  // namespace haste::cuda

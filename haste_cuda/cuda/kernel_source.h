@@ -29,6 +29,18 @@ struct KernelSpecification {
     [[nodiscard]] std::string name() const;
 };
 
+/// Which of the core's templates a replay kernel instantiates. It shades nothing, so it knows of a
+/// scene only which primitives it has.
+struct ReplaySpecification {
+    bool any_hit = false;
+    std::string precision = "watertight";
+    std::uint32_t features =
+        0;  ///< of the scene; those that are not kinds of primitive are ignored
+
+    /// "replay closest watertight features=0x3": names launches and errors.
+    [[nodiscard]] std::string name() const;
+};
+
 /// Names the folder that holds core/ and cuda/kernels/: where the kernels' headers are.
 void set_include_root(const std::filesystem::path& root);
 
@@ -49,6 +61,11 @@ void set_include_root(const std::filesystem::path& root);
 /// The same with all that the compiler needs; `architecture` is 10 * major + minor.
 /// Throws std::invalid_argument.
 [[nodiscard]] Translation kernel_translation(const KernelSpecification& specification,
+                                             int architecture);
+
+/// The same of a replay kernel.
+[[nodiscard]] std::string kernel_source(const ReplaySpecification& specification);
+[[nodiscard]] Translation kernel_translation(const ReplaySpecification& specification,
                                              int architecture);
 
 }  // namespace haste::cuda

@@ -4,21 +4,11 @@
 
 #include "core/engine/depth_first.h"
 #include "cuda/device_film.h"
-#include "cuda/device_scene.h"
 #include "cuda/engines/engine.h"
+#include "cuda/renderer_state.h"
 #include "engine/pass_folder.h"
 
 namespace haste::cuda {
-
-struct Renderer::Scene {
-    DeviceScene device;
-};
-
-struct Renderer::State {
-    Device device;
-    Stream stream;
-    KernelSet kernels{device};
-};
 
 Renderer::Renderer() : state_(std::make_unique<State>()) {}
 
@@ -84,12 +74,8 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
                             const Settings<float>& settings, u32 samples,
                             const Schedule& schedule) {
     check_settings(model, settings, samples, schedule);
-    state_->device.make_current();
     CudaOutput output;
-    if (!scene) {
-        scene = std::make_shared<Scene>(DeviceScene(host));
-        output.upload_seconds = scene->device.upload_seconds();
-    }
+    output.upload_seconds = state_->upload(host, scene);
     output.scene_bytes = scene->device.bytes();
 
     RenderParams pass{};

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "accel/host_scene.h"
+#include "cpu/replay.h"
 #include "engine/render_output.h"
 #include "engine/schedule.h"
 
@@ -19,6 +20,16 @@ struct CudaOutput {
     std::size_t scene_bytes = 0;
 };
 
+/// A replay and the figures of its kernel and copies.
+struct CudaReplayOutput {
+    ReplayOutput replay;              ///< seconds by the device's clock, the kernel alone
+    double compile_seconds = 0;       ///< to compile or load the kernel
+    double scene_upload_seconds = 0;  ///< 0 once the scene is on the device
+    double upload_seconds = 0;        ///< copying the rays to the device
+    double download_seconds = 0;      ///< copying the hits back
+    int registers = 0;
+};
+
 /// One GPU with its kernels, shared by all scenes of the process. Throws CudaError without a GPU.
 class Renderer {
 public:
@@ -32,6 +43,11 @@ public:
     /// Throws CudaError, std::invalid_argument and FilmOverflow.
     CudaOutput render(const HostScene& host, std::shared_ptr<Scene>& scene, ModelKind model,
                       const Settings<float>& settings, u32 samples, const Schedule& schedule);
+
+    /// Traces rays for their own sake, one thread a ray. `scene` is filled on first use.
+    /// Throws CudaError and std::invalid_argument.
+    CudaReplayOutput replay(const HostScene& host, std::shared_ptr<Scene>& scene,
+                            std::span<const RayQuery<float>> queries, QueryKind kind, int block);
 
 private:
     Renderer();

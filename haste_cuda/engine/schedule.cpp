@@ -75,6 +75,12 @@ std::vector<double> layer_weights(const Schedule& schedule, const Settings<float
     return weights;
 }
 
+void check_block(int threads) {
+    if (threads < 32 || threads > 1024 || threads % 32 != 0) {
+        refuse("block must be a multiple of 32 from 32 to 1024, not " + std::to_string(threads));
+    }
+}
+
 void check_settings(ModelKind model, const Settings<float>& settings, u32 samples,
                     const Schedule& schedule) {
     if (samples == 0) refuse("samples must be at least 1");
@@ -82,10 +88,7 @@ void check_settings(ModelKind model, const Settings<float>& settings, u32 sample
     if (schedule.pass_samples == 0 || schedule.pass_samples > FixedPoint::max_pass_samples) {
         refuse("pass_samples must be 1 .. " + std::to_string(FixedPoint::max_pass_samples));
     }
-    if (schedule.block < 32 || schedule.block > 1024 || schedule.block % 32 != 0) {
-        refuse("block must be a multiple of 32 from 32 to 1024, not " +
-               std::to_string(schedule.block));
-    }
+    check_block(schedule.block);
     constexpr u32 most_streams = 64;
     if (schedule.streams == 0 || schedule.streams > most_streams) {
         refuse("streams must be 1 .. 64, not " + std::to_string(schedule.streams));

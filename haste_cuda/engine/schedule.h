@@ -52,6 +52,9 @@ struct Schedule {
                                                 const Settings<float>& settings,
                                                 double reflectance);
 
+/// Throws std::invalid_argument if CUDA blocks of so many threads make no sense.
+void check_block(int threads);
+
 /// Throws std::invalid_argument naming the setting that makes no sense.
 void check_settings(ModelKind model, const Settings<float>& settings, u32 samples,
                     const Schedule& schedule);

@@ -35,8 +35,8 @@ void sphere_bounds(const RTCBoundsFunctionArguments* arguments) {
 PrimitiveHit<float> hit_sphere(const SceneArrays& scene, u32 sphere, const RTCRay& ray) {
     const PrimitiveHit<float> hit = intersect_sphere(
         Vec3f{ray.org_x, ray.org_y, ray.org_z}, Vec3f{ray.dir_x, ray.dir_y, ray.dir_z},
-        scene.sphere_centre[sphere], scene.sphere_radius[sphere]);
-    return {hit.t, 0, 0, hit.found && hit.t > ray.tnear && hit.t <= ray.tfar};
+        scene.sphere_centre[sphere], scene.sphere_radius[sphere], ray.tnear);
+    return {hit.t, 0, 0, hit.found && hit.t <= ray.tfar};
 }
 
 void intersect_spheres(const RTCIntersectFunctionNArguments* arguments) {
@@ -59,6 +59,11 @@ void occlude_spheres(const RTCOccludedFunctionNArguments* arguments) {
     if (scene.sphere_shape[arguments->primID] == owner_of(arguments->context)) return;
     const PrimitiveHit<float> hit = hit_sphere(scene, arguments->primID, ray);
     if (hit.found && hit.t < ray.tfar) ray.tfar = -Numeric<float>::infinity;
+}
+
+RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_min, float t_max) {
+    return {origin.x,    origin.y, origin.z, t_min,       direction.x, direction.y,
+            direction.z, 0.0f,     t_max,    0xffffffffu, 0,           0};
 }
 
 void count_bytes(void* user, ssize_t bytes) {
@@ -137,22 +142,11 @@ void EmbreeScene::attach_spheres() {
     rtcReleaseGeometry(geometry);
 }
 
-Hit<float> EmbreeScene::closest(const Ray<float>& ray) const {
+Hit<float> EmbreeScene::closest(const RTCRay& ray) const {
     OwnerContext context;
     init_context(context, no_shape);
     RTCRayHit query;
-    query.ray = {ray.origin.x,
-                 ray.origin.y,
-                 ray.origin.z,
-                 0.0f,
-                 ray.direction.x,
-                 ray.direction.y,
-                 ray.direction.z,
-                 0.0f,
-                 Numeric<float>::infinity,
-                 0xffffffffu,
-                 0,
-                 0};
+    query.ray = ray;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embree_intersect(scene_.get(), context, query);
@@ -163,23 +157,27 @@ Hit<float> EmbreeScene::closest(const Ray<float>& ray) const {
     return {query.ray.tfar, query.hit.u, query.hit.v, first + query.hit.primID};
 }
 
-bool EmbreeScene::occluded(const ShadowRay<float>& shadow) const {
+bool EmbreeScene::occluded(RTCRay ray, u32 owner) const {
     OwnerContext context;
-    init_context(context, shadow.owner);
-    RTCRay ray = {shadow.origin.x,
-                  shadow.origin.y,
-                  shadow.origin.z,
-                  0.0f,
-                  shadow.direction.x,
-                  shadow.direction.y,
-                  shadow.direction.z,
-                  0.0f,
-                  shadow.t_max,
-                  0xffffffffu,
-                  0,
-                  0};
+    init_context(context, owner);
     embree_occluded(scene_.get(), context, ray);
     return ray.tfar < 0.0f;
+}
+
+Hit<float> EmbreeScene::closest(const Ray<float>& ray) const {
+    return closest(make_ray(ray.origin, ray.direction, 0.0f, Numeric<float>::infinity));
+}
+
+Hit<float> EmbreeScene::closest(const RayQuery<float>& query) const {
+    return closest(make_ray(query.origin, query.direction, query.t_min, query.t_max));
+}
+
+bool EmbreeScene::occluded(const ShadowRay<float>& shadow) const {
+    return occluded(make_ray(shadow.origin, shadow.direction, 0.0f, shadow.t_max), shadow.owner);
+}
+
+bool EmbreeScene::any_hit(const RayQuery<float>& query) const {
+    return occluded(make_ray(query.origin, query.direction, query.t_min, query.t_max), no_shape);
 }
 
 std::string EmbreeScene::version() {

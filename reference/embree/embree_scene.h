@@ -7,6 +7,7 @@
 #include "accel/host_scene.h"
 #include "core/base/hit.h"
 #include "core/base/ray.h"
+#include "core/base/ray_query.h"
 #include "reference/embree/embree_api.h"
 
 namespace haste {
@@ -19,7 +20,9 @@ public:
     EmbreeScene(const HostScene& scene, int threads);
 
     [[nodiscard]] Hit<float> closest(const Ray<float>& ray) const;
+    [[nodiscard]] Hit<float> closest(const RayQuery<float>& query) const;
     [[nodiscard]] bool occluded(const ShadowRay<float>& ray) const;
+    [[nodiscard]] bool any_hit(const RayQuery<float>& query) const;
 
     [[nodiscard]] double build_seconds() const { return build_seconds_; }
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
@@ -36,6 +39,8 @@ private:
 
     void attach_mesh(u32 shape);
     void attach_spheres();
+    [[nodiscard]] Hit<float> closest(const RTCRay& ray) const;
+    [[nodiscard]] bool occluded(RTCRay ray, u32 owner) const;
 
     const HostScene& host_;
     std::unique_ptr<RTCDeviceTy, ReleaseDevice> device_;

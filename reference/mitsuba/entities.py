@@ -12,6 +12,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from numpy.typing import NDArray
 
 Rgb = tuple[float, float, float]
 BLACK: Rgb = (0.0, 0.0, 0.0)
@@ -139,8 +140,13 @@ def _mesh_centroid(shape: Any) -> Rgb:
     return (float(centroid[0]), float(centroid[1]), float(centroid[2]))
 
 
+def _to_world(shape: Any) -> NDArray[np.float64]:
+    """The 4 x 4 matrix of a shape that is no mesh."""
+    return np.asarray(mi.traverse(shape)["to_world"].matrix, dtype=np.float64).reshape(4, 4)
+
+
 def _sphere(shape: Any, where: str) -> tuple[Rgb, float]:
-    to_world = np.asarray(mi.traverse(shape)["to_world"].matrix, dtype=np.float64).reshape(4, 4)
+    to_world = _to_world(shape)
     linear = to_world[:3, :3]
     scale = np.cbrt(abs(np.linalg.det(linear)))
     if not np.allclose(linear.T @ linear, scale**2 * np.eye(3), rtol=0.0, atol=1e-4 * scale**2):
@@ -160,8 +166,13 @@ def _light(shapes: list[Any], index: int) -> Light:
     elif shape.class_name() == "Sphere":
         sphere = _sphere(shape, where)
         centroid = sphere[0]
+    elif shape.class_name() == "Disk":
+        x, y, z = (float(value) for value in _to_world(shape)[:3, 3])
+        sphere, centroid = None, (x, y, z)
     else:
-        raise ValueError(f"{where}: only meshes and spheres emit in the models haste and whitted")
+        raise ValueError(
+            f"{where}: only meshes, disks and spheres emit in the models haste and whitted"
+        )
     others = {f"other_{k}": other for k, other in enumerate(shapes) if k != index}
     return Light(
         shape=shape,

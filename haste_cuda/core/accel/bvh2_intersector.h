@@ -3,6 +3,7 @@
 #include "core/base/features.h"
 #include "core/base/hit.h"
 #include "core/base/ray.h"
+#include "core/base/ray_query.h"
 #include "core/base/scene_view.h"
 #include "core/geometry/sphere.h"
 
@@ -18,9 +19,37 @@ public:
     HASTE_HD explicit Bvh2Intersector(const SceneView<Real>& scene) : scene_(scene) {}
 
     HASTE_HD Hit<Real> closest(const Ray<Real>& ray) const {
+        return closest(ray.origin, ray.direction, AtOrigin(), Numeric<Real>::infinity);
+    }
+
+    HASTE_HD Hit<Real> closest(const RayQuery<Real>& query) const {
+        return closest(query.origin, query.direction, query.t_min, query.t_max);
+    }
+
+    HASTE_HD bool occluded(const ShadowRay<Real>& ray) const {
+        return traverse(ray.origin, ray.direction, AtOrigin(), ray.t_max,
+                        [&](const PrimitiveRecord<Real>& record, const PrimitiveHit<Real>& hit,
+                            Real&) { return hit.t < ray.t_max && record.shape != ray.owner; });
+    }
+
+    HASTE_HD bool any_hit(const RayQuery<Real>& query) const {
+        return traverse(
+            query.origin, query.direction, query.t_min, query.t_max,
+            [](const PrimitiveRecord<Real>&, const PrimitiveHit<Real>&, Real&) { return true; });
+    }
+
+private:
+    /// The t_min of rays that start at their origin, as those of images do: known to the compiler.
+    struct AtOrigin {
+        HASTE_HD constexpr operator Real() const { return Real(0); }
+    };
+
+    template <class Start>
+    HASTE_HD Hit<Real> closest(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
+                               Real farthest) const {
         Hit<Real> best;
         traverse(
-            ray.origin, ray.direction, best.t,
+            origin, direction, t_min, farthest,
             [&](const PrimitiveRecord<Real>& record, const PrimitiveHit<Real>& hit, Real& t_max) {
                 if (best.loses_to(hit.t, record.primitive)) {
                     best = {hit.t, hit.b1, hit.b2, record.primitive};
@@ -31,13 +60,6 @@ public:
         return best;
     }
 
-    HASTE_HD bool occluded(const ShadowRay<Real>& ray) const {
-        return traverse(ray.origin, ray.direction, ray.t_max,
-                        [&](const PrimitiveRecord<Real>& record, const PrimitiveHit<Real>& hit,
-                            Real&) { return hit.t < ray.t_max && record.shape != ray.owner; });
-    }
-
-private:
     /// A child that waits while the nearer one is walked.
     struct Waiting {
         u32 child;
@@ -63,14 +85,14 @@ private:
         static constexpr u32 nothing = 0xffffffffu;
     };
 
-    /// Calls `visit(record, hit, t_max)` for the primitives hit within [0, t_max], which visit may
-    /// shorten, until visit returns true.
+    /// Calls `visit(record, hit, t_max)` for the primitives hit within (t_min, t_max], which visit
+    /// may shorten, until visit returns true.
     ///
     /// Two loops, so that the threads of a warp go down together and then test primitives together:
     /// Aila and Laine, Understanding the Efficiency of Ray Traversal on GPUs, HPG 2009, `while-while`.
-    template <class Visit>
-    HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Real t_max,
-                           Visit&& visit) const {
+    template <class Start, class Visit>
+    HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
+                           Real t_max, Visit&& visit) const {
         const typename P::BoxTest box_test(origin, direction);
         const typename P::TriangleTest triangle_test(origin, direction);
         Stack stack;
@@ -78,8 +100,8 @@ private:
         for (;;) {
             while (next < first_leaf_reference) {
                 const Bvh2Node node = scene_.nodes[next];
-                const Real enter0 = box_test.enter(node.box[0], t_max);
-                const Real enter1 = box_test.enter(node.box[1], t_max);
+                const Real enter0 = box_test.enter(node.box[0], t_min, t_max);
+                const Real enter1 = box_test.enter(node.box[1], t_min, t_max);
                 const u32 child0 = child_reference(node, 0);
                 const u32 child1 = child_reference(node, 1);
                 const bool swap = enter1 < enter0;
@@ -96,8 +118,12 @@ private:
             const u32 end = first + next / first_leaf_reference;
             for (u32 i = first; i < end; ++i) {
                 const PrimitiveRecord<Real> record = scene_.records[i];
-                const PrimitiveHit<Real> hit = test(record, triangle_test, origin, direction);
-                if (hit.found && hit.t <= t_max && visit(record, hit, t_max)) return true;
+                const PrimitiveHit<Real> hit =
+                    test(record, triangle_test, origin, direction, t_min);
+                if (hit.found && hit.t > Real(t_min) && hit.t <= t_max &&
+                    visit(record, hit, t_max)) {
+                    return true;
+                }
             }
             next = stack.pop(t_max);
         }
@@ -105,12 +131,14 @@ private:
 
     HASTE_HD static PrimitiveHit<Real> test(const PrimitiveRecord<Real>& record,
                                             const typename P::TriangleTest& triangle_test,
-                                            const Vec3<Real>& origin, const Vec3<Real>& direction) {
+                                            const Vec3<Real>& origin, const Vec3<Real>& direction,
+                                            Real t_min) {
         if constexpr (F::triangles && F::spheres) {
-            return record.is_sphere ? intersect_sphere(origin, direction, record.v0, record.v1.x)
-                                    : triangle_test.hit(record.v0, record.v1, record.v2);
+            return record.is_sphere
+                       ? intersect_sphere(origin, direction, record.v0, record.v1.x, t_min)
+                       : triangle_test.hit(record.v0, record.v1, record.v2);
         } else if constexpr (F::spheres) {
-            return intersect_sphere(origin, direction, record.v0, record.v1.x);
+            return intersect_sphere(origin, direction, record.v0, record.v1.x, t_min);
         } else {
             return triangle_test.hit(record.v0, record.v1, record.v2);
         }

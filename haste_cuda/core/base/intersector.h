@@ -2,6 +2,7 @@
 
 #include "core/base/hit.h"
 #include "core/base/ray.h"
+#include "core/base/ray_query.h"
 
 namespace haste {
 
@@ -22,5 +23,14 @@ concept Intersector =
         /// Whether anything but `shadow.owner` lies on the open segment (0, t_max).
         { intersector.occluded(shadow) } -> Same<bool>;
     };
+
+/// The same of rays without state, which only a replay traces.
+template <class I, class Real>
+concept QueryIntersector = requires(const I& intersector, const RayQuery<Real>& query) {
+    /// Least (t, primitive) within (t_min, t_max].
+    { intersector.closest(query) } -> Same<Hit<Real>>;
+    /// Whether there is one.
+    { intersector.any_hit(query) } -> Same<bool>;
+};
 
 }  // namespace haste

@@ -18,11 +18,12 @@ struct PaddedSlabTest {
           inverse_direction{Real(1) / direction.x, Real(1) / direction.y, Real(1) / direction.z},
           padded_inverse(inverse_direction * (Real(1) + Real(2) * gamma_bound<Real>(3))) {}
 
-    /// Distance at which the ray enters the box, or infinity where it misses (0, t_max].
+    /// Distance at which the ray enters the box, t_min if it starts inside, or infinity where it
+    /// misses (t_min, t_max].
     /// A direction component of zero gives infinite slabs, or NaN where the origin lies on a face;
     /// the order of the arguments of minimum and maximum makes NaN no constraint.
-    HASTE_HD Real enter(const Box& box, Real t_max) const {
-        Real near = Real(0);
+    HASTE_HD Real enter(const Box& box, Real t_min, Real t_max) const {
+        Real near = t_min;
         Real far = t_max;
         clip(box.lower[0], box.upper[0], origin.x, inverse_direction.x, padded_inverse.x, near,
              far);

@@ -6,10 +6,10 @@ namespace haste {
 
 /// Ray against sphere without the cancellation of the textbook quadratic: Haines, Günther and
 /// Akenine-Möller, Precision Improvements for Ray/Sphere Intersection, Ray Tracing Gems, chapter 7.
-/// Directions need not have unit length.
+/// Directions need not have unit length. Hits beyond t_min: the far side where the near one is not.
 template <class Real>
 HASTE_HD PrimitiveHit<Real> intersect_sphere(const Vec3<Real>& origin, const Vec3<Real>& direction,
-                                             const Vec3<Real>& centre, Real radius) {
+                                             const Vec3<Real>& centre, Real radius, Real t_min) {
     const Vec3<Real> f = origin - centre;
     const Real a = dot(direction, direction);
     const Real b = -dot(f, direction);
@@ -23,8 +23,8 @@ HASTE_HD PrimitiveHit<Real> intersect_sphere(const Vec3<Real>& origin, const Vec
     const Real second = q / a;
     const Real near = minimum(first, second);
     const Real far = maximum(first, second);
-    const Real t = near > Real(0) ? near : far;
-    return {t, Real(0), Real(0), t > Real(0) && t < Numeric<Real>::infinity};
+    const Real t = near > t_min ? near : far;
+    return {t, Real(0), Real(0), t > t_min && t < Numeric<Real>::infinity};
 }
 
 }  // namespace haste

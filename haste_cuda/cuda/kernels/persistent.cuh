@@ -29,7 +29,7 @@ struct WarpQueue {
     }
 };
 
-/// Where a ray has one child at most, its lane goes on with it.
+/// The ray that a lane goes on with.
 struct OneRay {
     Ray<float> ray;
     bool full = false;
@@ -37,6 +37,21 @@ struct OneRay {
     __device__ void push(const Ray<float>& child) {
         ray = child;
         full = true;
+    }
+};
+
+/// A lane goes on with the first child of its ray, which has the same pixel; the warp's queue gets
+/// the siblings.
+struct FirstChild {
+    OneRay& own;
+    WarpQueue& queue;
+
+    __device__ void push(const Ray<float>& child) {
+        if (own.full) {
+            queue.push(child);
+        } else {
+            own.push(child);
+        }
     }
 };
 
@@ -90,8 +105,10 @@ struct PixelSum {
 /// until neither is left (Aila and Laine, Understanding the Efficiency of Ray Traversal on GPUs,
 /// HPG 2009; Novák, Havran and Dachsbacher, Path Regeneration for Interactive Path Tracing, 2010).
 ///
-/// The queue is bounded as `Admission` shows: its packets are the 32 rays of a warp, samples begin
-/// only while it is empty, so it never holds more than 32 lifo_need() rays.
+/// The queue is bounded as `Admission` shows: its packets are the 32 rays of a warp, which are the
+/// newest, for the lanes' own are first children of the packet before and the others come from the
+/// queue's end. Samples begin only while it is empty, so it never holds more than 32 lifo_need()
+/// rays.
 template <class C>
 __device__ void persistent(const PersistentParams& parameters) {
     constexpr bool tree = C::Model::max_children > 1;
@@ -111,7 +128,7 @@ __device__ void persistent(const PersistentParams& parameters) {
     PixelSum<C> light;
     RayCounts rays;
     for (;;) {
-        if constexpr (tree) own.full = queue.pop(true, own.ray);
+        if constexpr (tree) own.full |= queue.pop(!own.full, own.ray);
         if (!own.full && run.empty() && !run.last) run.fetch(parameters);
         if (!own.full && !run.empty()) own.push(run.take(render));
         if (!__any_sync(whole_warp, own.full)) break;
@@ -121,7 +138,9 @@ __device__ void persistent(const PersistentParams& parameters) {
             light.turn_to(render.film, ray.pixel);
             if constexpr (C::count) rays.count(ray);
             if constexpr (tree) {
-                TraceOut<C, WarpQueue> out{intersector, render.film.format, light.sum, rays, queue};
+                FirstChild children{own, queue};
+                TraceOut<C, FirstChild> out{intersector, render.film.format, light.sum, rays,
+                                            children};
                 trace_and_shade(model, intersector, ray, out);
             } else {
                 TraceOut<C, OneRay> out{intersector, render.film.format, light.sum, rays, own};

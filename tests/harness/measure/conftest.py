@@ -60,9 +60,16 @@ def make_config(scene_path: Path, tmp_path: Path) -> Any:
             "tracers": ["haste-cpu", "embree"],
             "resolution": [8, 8],
             "seeds": {"count": 3, "spp": {"path": 4}},
-            "convergence": {"doublings": 1, "seeds": 2},
+            "convergence": {"models": ["path"], "doublings": 1, "seeds": 2, "most_seeds": 2},
             "timing": {"repeats": 2, "spp": {"path": 4, "whitted": 4}},
-            "packets": {"models": ["path"], "sizes": [1, 64], "spp": 2, "repeats": 2},
+            "packets": {
+                "scenes": ["lamp"],
+                "models": ["path"],
+                "sizes": [1, 64],
+                "spp": 2,
+                "repeats": 2,
+            },
+            "scene_settings": {},
             "tracer_settings": {},
         }
         file = tmp_path / "config.yaml"

@@ -12,6 +12,7 @@ import numpy as np
 
 from harness.scene import RenderSettings
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
+from harness.tracers.rays import RayHits
 
 LOG_VARIABLE = "FAKE_TRACER_LOG"
 
@@ -99,6 +100,15 @@ class Raising(SteadyA):
 
     def render(self, *_: object, **__: object) -> RenderResult:
         raise ValueError("film overflow at pixel (5, 6)")
+
+
+class DyingOfRays(SteadyA):
+    """Renders, and ends its process when it is asked for rays."""
+
+    name: ClassVar[str] = "dying"
+
+    def trace(self, *_: object, **__: object) -> RayHits:
+        os.abort()
 
 
 class Sleeping(SteadyA):

@@ -42,8 +42,49 @@ def test_settings_for_one_tracer_come_before_those_for_one_scene(make_config: An
     assert config.seeds_spp("lamp", "path", "haste-cpu") == 64
     assert config.seeds_spp("lamp", "haste", "haste-cpu") == config["seeds"]["spp"]["haste"]
     assert config.truth_spp("lamp", "path") == 512
-    assert config.converges("haste-cpu")
-    assert not config.converges("embree")
+    assert config.converges("path", "haste-cpu")
+    assert not config.converges("path", "embree")
+    assert not config.converges("whitted", "haste-cpu")
+
+
+def test_every_count_of_the_convergence_gets_equal_samples_up_to_the_most_images(make_config: Any):
+    config = make_config(
+        convergence={"doublings": 5, "seeds": 2, "most_seeds": 16},
+        scene_settings={"hard": {"convergence": {"seeds": 20}}},
+    )
+    assert [config.convergence_seeds("lamp", d) for d in range(6)] == [16, 16, 16, 8, 4, 2]
+    assert [config.convergence_seeds("hard", d) for d in range(6)] == [20] * 6
+
+
+def test_a_scene_with_a_known_answer_has_its_own_size_and_counts(
+    make_config: Any, scene_path: Path
+):
+    counts = {"path": 1024, "haste": 256, "whitted": 16}
+    changes: dict[str, Any] = {
+        "answers": {"spp": counts},
+        "scene_settings": {"lamp": {"truth_spp": {"path": 4096}}},
+        "tracer_settings": {"embree": {"seeds_spp": {"path": 2}}},
+    }
+    assert make_config(**changes).resolution("lamp") == (8, 8)
+    assert make_config(**changes).seeds_spp("lamp", "path", "embree") == 2
+    (scene_path.parent / "settings.yaml").write_text("answer: sphere_light\n")
+    config = make_config(**changes)
+    assert config.resolution("lamp") == (None, None)
+    assert config.truth_spp("lamp", "path") == 4096
+    assert config.truth_spp("lamp", "haste") == 256
+    assert [config.seeds_spp("lamp", "path", name) for name in ("embree", "haste-cpu")] == [
+        1024
+    ] * 2
+
+
+@pytest.mark.parametrize(
+    "changes", [{"scene_settings": {"skul": {}}}, {"packets": {"scenes": ["skul"]}}]
+)
+def test_settings_of_a_scene_that_does_not_exist_are_refused(
+    make_config: Any, changes: dict[str, Any]
+):
+    with pytest.raises(ConfigError, match=r"there is no scene 'skul'"):
+        make_config(**changes)
 
 
 def test_mappings_merge_key_by_key_and_lists_whole():

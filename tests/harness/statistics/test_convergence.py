@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.statistics.convergence import fit_slope
+from harness.statistics.convergence import fit_slope, spread_of_errors
 
 COUNTS = [2**k for k in range(7)]
 
@@ -33,10 +33,22 @@ def test_the_interval_of_the_slope_covers(seeds: int):
 
 def test_an_outlier_widens_the_interval():
     errors = simulate(np.random.default_rng(4), 4)
+    clean = fit_slope(errors, 0.0).slope
     errors[1] = 5.0 * errors[1]
-    fit = fit_slope(errors, 0.0)
-    assert fit.slope.value < -1.2
-    assert fit.slope.upper > -1.0, fit
+    slope = fit_slope(errors, 0.0).slope
+    assert slope.value < clean.lower, (clean, slope)
+    assert slope.lower <= -1.0 <= slope.upper, (clean, slope)
+
+
+def test_rare_bright_samples_are_charged_to_the_counts_that_have_them():
+    """Gamma errors with squared coefficient of variation a + b / n: weights must follow it."""
+    random = np.random.default_rng(5)
+    a, b = 0.004, 0.4
+    errors = {n: random.gamma(1.0 / (a + b / n), (a + b / n) / n, size=4000) for n in COUNTS}
+    spread = spread_of_errors(errors, 0.0)
+    for n in COUNTS:
+        # A squared coefficient of variation from 4000 gamma values errs by under 5 %.
+        assert spread(n) == pytest.approx(a + b / n, rel=0.1), n
 
 
 def test_bias_flattens_the_slope():

@@ -12,7 +12,7 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 def test_every_step_is_a_command():
     wanted = {"truth", "measure", "tables", "report", "check", "features", "available"}
-    assert set(COMMANDS) == wanted
+    assert set(COMMANDS) == wanted | {"generate", "thumbnails"}
 
 
 def test_a_bad_setting_is_one_line_and_exit_code_one(
@@ -32,7 +32,7 @@ def test_a_scene_outside_the_settings_is_refused(capsys: pytest.CaptureFixture[s
 
 def test_features_prints_what_a_scene_requires(capsys: pytest.CaptureFixture[str]):
     assert main(["features", "--scene", "cornell-box"]) == 0
-    assert capsys.readouterr().out.startswith("cornell-box: 32 triangles, 0 spheres; triangles")
+    assert "  requires   triangles, mesh_lights, ambient\n" in capsys.readouterr().out
 
 
 def test_inputs_name_the_sources_that_snakemake_cannot_see():

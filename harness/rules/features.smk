@@ -1,0 +1,22 @@
+"""What the scenes require: the first step, so that a bad scene ends a run before it has begun."""
+
+
+rule features:
+    input:
+        settings=f"{RESULTS}/settings.json",
+        scenes=list(SCENE_FILES.values()),
+        sources=package_sources("harness/scene"),
+    output:
+        f"{RESULTS}/features.txt",
+    log:
+        f"{RESULTS}/logs/features.log",
+    conda:
+        "../envs/haste.yaml"
+    params:
+        python=PYTHON,
+    message:
+        "What the scenes require"
+    # The list goes to the file; what is wrong goes to the terminal and to the log.
+    shell:
+        "{params.python:q} -m harness features --settings {input.settings:q} "
+        "2>&1 > {output:q} | tee -i {log:q}"

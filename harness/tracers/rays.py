@@ -1,0 +1,120 @@
+"""Rays for their own sake, and where they hit: the joint between tracers and benchmarks of rays."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+NONE = np.uint32(0xFFFFFFFF)
+"""Index of a shape or primitive where there is none, or where it is not known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rays:
+    """Rays with the interval (t_min, t_max] in which hits count. Made by `make_rays`.
+
+    origins, directions: float32 [N, 3]; t_min, t_max: float32 [N], in units of the direction, which
+    need not have unit length.
+    """
+
+    origins: NDArray[np.float32]
+    directions: NDArray[np.float32]
+    t_min: NDArray[np.float32]
+    t_max: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+
+@dataclass(frozen=True, slots=True)
+class RayHits:
+    """What a tracer found, one entry a ray.
+
+    Attributes
+    ----------
+    t
+        float32 [N], distance of the closest hit in units of the direction, infinity without one.
+        Where any hit was asked for: 0 where there is one, infinity where there is none.
+    shape
+        uint32 [N], index into `Scene.shapes`; `NONE` without a hit, or where any hit was asked for.
+    primitive
+        uint32 [N], triangles from 0 in the order of `Scene.triangles`, then spheres; `NONE` also
+        where the tracer's own shape is not made of the triangles of the import (Mitsuba's disk).
+    seconds
+        Time of tracing alone, [s]: rays and hits lie in the tracer's memory, its code is compiled
+        (from the second call on). NaN where a call a ray would be timed instead.
+    extras
+        Further numbers, named with their units (``upload_seconds``).
+    """
+
+    t: NDArray[np.float32]
+    shape: NDArray[np.uint32]
+    primitive: NDArray[np.uint32]
+    seconds: float
+    extras: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """Whether each ray hits anything. bool [N]."""
+        return np.isfinite(self.t)
+
+
+def _points(name: str, array: object) -> NDArray[np.float32]:
+    if (
+        not isinstance(array, np.ndarray)
+        or array.dtype != np.float32
+        or array.ndim != 2
+        or array.shape[1] != 3
+    ):
+        raise ValueError(f"{name} must be a float32 array of shape [n, 3], not {_described(array)}")
+    return np.ascontiguousarray(array)
+
+
+def _distances(name: str, value: object, count: int) -> NDArray[np.float32]:
+    if isinstance(value, np.ndarray) and value.ndim:
+        if value.dtype != np.float32 or value.shape != (count,):
+            raise ValueError(
+                f"{name} must be a number or a float32 array of shape [{count}], one entry a ray, "
+                f"not {_described(value)}"
+            )
+        return np.ascontiguousarray(value)
+    return np.full(count, value, np.float32)
+
+
+def _described(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {list(value.shape)}"
+    return type(value).__name__
+
+
+def make_rays(
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    t_min: float | NDArray[np.float32] = 0.0,
+    t_max: float | NDArray[np.float32] = np.inf,
+) -> Rays:
+    """Check rays, and give every one an interval.
+
+    Raises
+    ------
+    ValueError
+        An array has not the shape or type that `Rays` wants, an origin or direction is not finite,
+        a direction is zero, or an interval is not one of distances. Names the array or the ray.
+    """
+    starts, towards = _points("origins", origins), _points("directions", directions)
+    count = len(starts)
+    if len(towards) != count:
+        raise ValueError(f"there are {count} origins, but {len(towards)} directions")
+    rays = Rays(
+        starts, towards, _distances("t_min", t_min, count), _distances("t_max", t_max, count)
+    )
+    for bad, what in (
+        (~np.isfinite(starts).all(axis=1), "its origin is not finite"),
+        (~np.isfinite(towards).all(axis=1), "its direction is not finite"),
+        (~towards.any(axis=1), "its direction is zero"),
+        (~((rays.t_min >= 0.0) & np.isfinite(rays.t_min)), "t_min must be finite and not negative"),
+        (~(rays.t_max >= rays.t_min), "t_max must not be below t_min"),
+    ):
+        if bad.any():
+            raise ValueError(f"ray {int(np.argmax(bad))}: {what}")
+    return rays

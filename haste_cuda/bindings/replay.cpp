@@ -1,0 +1,122 @@
+#include "cpu/replay.h"
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <stdexcept>
+
+#include "bindings/bindings.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace haste {
+
+namespace {
+
+template <class T, class... Shape>
+using Array = nb::ndarray<const T, Shape..., nb::c_contig, nb::device::cpu>;
+using Points = Array<float, nb::shape<-1, 3>>;
+using Reals = Array<float, nb::ndim<1>>;
+
+std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& directions,
+                                          const Reals& t_min, const Reals& t_max) {
+    const std::size_t n = origins.shape(0);
+    if (directions.shape(0) != n || t_min.size() != n || t_max.size() != n) {
+        throw std::invalid_argument(
+            "origins, directions, t_min and t_max must have one entry a ray, not " +
+            std::to_string(n) + ", " + std::to_string(directions.shape(0)) + ", " +
+            std::to_string(t_min.size()) + " and " + std::to_string(t_max.size()));
+    }
+    std::vector<RayQuery<float>> queries(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        queries[i] = {{origins(i, 0), origins(i, 1), origins(i, 2)},
+                      t_min(i),
+                      {directions(i, 0), directions(i, 1), directions(i, 2)},
+                      t_max(i)};
+    }
+    return queries;
+}
+
+template <class T>
+nb::ndarray<nb::numpy, T> to_numpy(std::vector<T> values) {
+    auto* data = new std::vector<T>(std::move(values));
+    const nb::capsule owner(data, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::ndarray<nb::numpy, T>(data->data(), {data->size()}, owner);
+}
+
+nb::dict to_dict(const ReplayOutput& output) {
+    std::vector<float> t;
+    std::vector<u32> primitive;
+    t.reserve(output.hits.size());
+    primitive.reserve(output.hits.size());
+    for (const QueryHit<float>& hit : output.hits) {
+        t.push_back(hit.t);
+        primitive.push_back(hit.primitive);
+    }
+    nb::dict result;
+    result["t"] = to_numpy(std::move(t));
+    result["primitive"] = to_numpy(std::move(primitive));
+    result["seconds"] = output.seconds;
+    return result;
+}
+
+QueryKind query_kind(bool any_hit) { return any_hit ? QueryKind::any_hit : QueryKind::closest; }
+
+nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& directions,
+                      const Reals& t_min, const Reals& t_max, bool any_hit,
+                      const std::string& intersector, int threads) {
+    if (intersector != "haste" && intersector != "embree") {
+        throw std::invalid_argument("intersector must be one of embree, haste, not " + intersector);
+    }
+    const std::vector<RayQuery<float>> queries = make_queries(origins, directions, t_min, t_max);
+    ReplayOutput output;
+    {
+        const nb::gil_scoped_release release;
+        const bool embree = intersector == "embree";
+        output = replay_cpu(scene.host(), queries, query_kind(any_hit),
+                            {embree ? IntersectorKind::embree : IntersectorKind::haste, threads},
+                            embree ? &scene.embree() : nullptr);
+    }
+    return to_dict(output);
+}
+
+nb::dict trace_on_cuda(SceneHandle& scene, const Points& origins, const Points& directions,
+                       const Reals& t_min, const Reals& t_max, bool any_hit, int block) {
+    const std::vector<RayQuery<float>> queries = make_queries(origins, directions, t_min, t_max);
+    cuda::CudaReplayOutput output;
+    {
+        const nb::gil_scoped_release release;
+        output = cuda::Renderer::instance().replay(scene.host(), scene.device(), queries,
+                                                   query_kind(any_hit), block);
+    }
+    nb::dict result = to_dict(output.replay);
+    result["compile_seconds"] = output.compile_seconds;
+    result["scene_upload_seconds"] = output.scene_upload_seconds;
+    result["upload_seconds"] = output.upload_seconds;
+    result["download_seconds"] = output.download_seconds;
+    result["registers"] = output.registers;
+    return result;
+}
+
+}  // namespace
+
+void bind_replay(nb::module_& module) {
+    module.def(
+        "trace_cpu", &trace_on_cpu, "scene"_a, "origins"_a, "directions"_a, "t_min"_a, "t_max"_a,
+        nb::kw_only(), "any_hit"_a = false, "intersector"_a = "haste", "threads"_a = 0,
+        "Traces rays for their own sake. Arrays: origins and directions float32 [n, 3], "
+        "t_min and t_max float32 [n]. Returns a dict: t (float32 [n], infinity without a "
+        "hit within (t_min, t_max]), primitive (uint32 [n], triangles from 0, spheres after "
+        "them, 0xffffffff without a hit), seconds (tracing alone). With any_hit t is 0 where "
+        "something is hit, and primitive is not known. Raises ValueError naming the ray.");
+    module.def("trace_cuda", &trace_on_cuda, "scene"_a, "origins"_a, "directions"_a, "t_min"_a,
+               "t_max"_a, nb::kw_only(), "any_hit"_a = false, "block"_a = 128,
+               "The same on the GPU, one thread a ray. Returns the dict of trace_cpu (seconds of "
+               "the kernel, by the device's clock) with compile_seconds, scene_upload_seconds, "
+               "upload_seconds and download_seconds (rays and hits), registers. Raises CudaError "
+               "and ValueError.");
+}
+
+}  // namespace haste

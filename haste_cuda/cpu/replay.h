@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/engine/replay.h"
+#include "cpu/render.h"
+
+namespace haste {
+
+/// What a replay found, one entry a ray.
+struct ReplayOutput {
+    std::vector<QueryHit<float>> hits;
+    double seconds = 0;  ///< tracing alone: rays and hits lie in the tracer's own memory
+};
+
+/// How a replay is run on the processor: it changes no hit.
+struct ReplaySchedule {
+    IntersectorKind intersector = IntersectorKind::haste;
+    int threads = 0;  ///< 0: all
+};
+
+/// Throws std::invalid_argument naming the first ray that is not finite, or whose interval
+/// (t_min, t_max] is not one of distances.
+void check_queries(std::span<const RayQuery<float>> queries);
+
+/// Traces rays for their own sake, any number of threads side by side, and nothing is shaded.
+/// `embree_scene` is the EmbreeScene, where Embree intersects.
+ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>> queries,
+                        QueryKind kind, const ReplaySchedule& schedule,
+                        const void* embree_scene = nullptr);
+
+/// The loop that every intersector of the processor shares.
+using ReplayLoop = void (*)(const void* intersector, std::span<const RayQuery<float>> queries,
+                            std::span<QueryHit<float>> hits);
+
+/// Embree's, from reference/embree; the intersector is an EmbreeScene.
+ReplayLoop embree_replay(QueryKind kind);
+
+}  // namespace haste

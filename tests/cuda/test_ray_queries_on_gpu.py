@@ -1,0 +1,98 @@
+"""Rays replayed on the GPU: the hits of the processor, bit for bit."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import haste_cuda
+from harness.scene import Scene, load_scene
+from harness.tracers.haste import to_core
+
+pytestmark = pytest.mark.gpu
+
+ROOT = Path(__file__).parents[2]
+SCENES = ("cornell-box", "hard", "mirror-glass", "skull", "three-spheres")
+COUNT = 200_000
+Rays = tuple[NDArray[np.float32], ...]
+
+
+def random_rays(scene: Scene, seed: int) -> Rays:
+    """Rays through a scene from everywhere, half of them with an interval of their own."""
+    random = np.random.default_rng(seed)
+    radii = scene.spheres[:, 3:]
+    points = np.concatenate(
+        [scene.vertices, scene.spheres[:, :3] - radii, scene.spheres[:, :3] + radii]
+    ).astype(np.float64)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.linalg.norm(high - low)
+    origins = random.uniform(low - 0.5 * size, high + 0.5 * size, (COUNT, 3))
+    towards = random.uniform(low, high, (COUNT, 3)) - origins
+    t_min = np.where(random.random(COUNT) < 0.5, 0.0, random.uniform(0, 1, COUNT))
+    t_max = np.where(random.random(COUNT) < 0.5, np.inf, t_min + random.uniform(0, 1, COUNT))
+    return tuple(array.astype(np.float32) for array in (origins, towards, t_min, t_max))
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def case(request: pytest.FixtureRequest) -> tuple[str, Any, Rays]:
+    """A scene's name, the scene on both sides, and rays."""
+    scene = load_scene(ROOT / "scenes" / request.param)
+    return request.param, to_core(scene, 2), random_rays(scene, 1)
+
+
+def bits(t: NDArray[np.float32]) -> NDArray[np.uint32]:
+    return t.view(np.uint32)
+
+
+@pytest.mark.parametrize("any_hit", [False, True], ids=["closest", "any_hit"])
+def test_hits_on_gpu_and_cpu_are_equal_bit_for_bit(case: tuple[str, Any, Rays], any_hit: bool):
+    name, scene, rays = case
+    gpu = haste_cuda.trace_cuda(scene, *rays, any_hit=any_hit)
+    cpu = haste_cuda.trace_cpu(scene, *rays, any_hit=any_hit)
+    hit = np.isfinite(cpu["t"])
+    assert 0.05 < hit.mean() < 1.0, f"{name}: {hit.mean():.1%} of the rays hit"
+    unequal = (bits(gpu["t"]) != bits(cpu["t"])) | (gpu["primitive"] != cpu["primitive"])
+    first = int(np.argmax(unequal))
+    assert not unequal.any(), (
+        f"{name}: {unequal.sum()} of {COUNT} rays, the first {first}: t {gpu['t'][first]!r} and "
+        f"{cpu['t'][first]!r}, primitive {gpu['primitive'][first]} and {cpu['primitive'][first]}"
+    )
+
+
+def test_rays_moved_by_one_unit_in_the_last_place_give_other_bits(case: tuple[str, Any, Rays]):
+    """Negative control of the comparison bit for bit."""
+    _, scene, (origins, towards, t_min, t_max) = case
+    moved = np.nextafter(origins, np.float32(np.inf))
+    gpu = haste_cuda.trace_cuda(scene, origins, towards, t_min, t_max)
+    cpu = haste_cuda.trace_cpu(scene, moved, towards, t_min, t_max)
+    assert (bits(gpu["t"]) != bits(cpu["t"])).any()
+
+
+def test_hits_depend_on_neither_block_size_nor_run(case: tuple[str, Any, Rays]):
+    name, scene, rays = case
+    runs = [haste_cuda.trace_cuda(scene, *rays, block=block) for block in (64, 128, 256, 128)]
+    for other in runs[1:]:
+        assert np.array_equal(bits(runs[0]["t"]), bits(other["t"])), name
+        assert np.array_equal(runs[0]["primitive"], other["primitive"]), name
+
+
+def test_copies_and_compilation_are_told_apart_from_tracing(case: tuple[str, Any, Rays]):
+    name, scene, rays = case
+    haste_cuda.trace_cuda(scene, *rays)
+    warm = haste_cuda.trace_cuda(scene, *rays)
+    assert warm["seconds"] > 0.0 and warm["scene_upload_seconds"] == 0.0, (name, warm)
+    assert warm["upload_seconds"] > 0.0 and warm["download_seconds"] > 0.0, (name, warm)
+
+
+def test_no_ray_is_no_hit(case: tuple[str, Any, Rays]):
+    _, scene, rays = case
+    answer = haste_cuda.trace_cuda(scene, *(array[:0] for array in rays))
+    assert answer["t"].shape == (0,) and answer["primitive"].shape == (0,)
+
+
+def test_a_block_that_makes_no_sense_is_refused(case: tuple[str, Any, Rays]):
+    _, scene, rays = case
+    with pytest.raises(ValueError, match="block must be a multiple of 32 from 32 to 1024, not 33"):
+        haste_cuda.trace_cuda(scene, *rays, block=33)
