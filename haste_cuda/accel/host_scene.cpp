@@ -180,8 +180,8 @@ double HostScene::common_reflectance() const {
     int constants = 0;
     for (const Material<float>& material : arrays_.materials) {
         const bool dielectric = material.kind == MaterialKind::dielectric;
-        for (const float constant : {dielectric ? 1.0f : material.reflection,
-                                     dielectric ? 0.0f : material.transmission}) {
+        for (const float constant :
+             {dielectric ? 1.0f : material.reflection, dielectric ? 0.0f : material.transmission}) {
             if (constant == 0.0f) continue;
             sum += double(constant);
             ++constants;

@@ -131,9 +131,9 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                                           {"persistent", EngineKind::persistent}});
     schedule.packet = packet;
     schedule.order = queue_order(order);
-    schedule.allocation = choose<Allocation>(
-        "allocation", allocation,
-        {{"per_packet", Allocation::per_packet}, {"once", Allocation::once}});
+    schedule.allocation =
+        choose<Allocation>("allocation", allocation,
+                           {{"per_packet", Allocation::per_packet}, {"once", Allocation::once}});
     schedule.queue_bytes = queue_bytes;
     schedule.streams = streams;
     schedule.film = choose<FilmKind>(

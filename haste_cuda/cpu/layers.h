@@ -8,9 +8,8 @@ namespace haste {
 /// Breadth first, layer by layer (Segovia et al. 2009), as far as the queue's bytes go.
 template <class Model, class I, bool Count>
 PassResult layers_pass(const PassRequest& request, const Model& model, const I& intersector) {
-    const LayerPlan plan =
-        LayerPlan::fit(request.tree, request.schedule.queue_bytes / sizeof(Ray<float>),
-                       request.schedule.packet);
+    const LayerPlan plan = LayerPlan::fit(
+        request.tree, request.schedule.queue_bytes / sizeof(Ray<float>), request.schedule.packet);
     const Camera<float>& camera = request.view.camera;
     const SampleRange range = request.range();
     const u64 camera_rays = range.count(camera);
@@ -40,7 +39,8 @@ PassResult layers_pass(const PassRequest& request, const Model& model, const I& 
             }
             while (generations[deepest].empty()) --deepest;
             std::vector<Ray<float>>& layer = generations[deepest];
-            const auto begin = layer.end() - std::ptrdiff_t(std::min<u64>(plan.slice, layer.size()));
+            const auto begin =
+                layer.end() - std::ptrdiff_t(std::min<u64>(plan.slice, layer.size()));
             slice.assign(begin, layer.end());
             layer.erase(begin, layer.end());
             waiting -= slice.size();

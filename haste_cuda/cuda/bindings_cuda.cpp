@@ -156,9 +156,8 @@ void bind_compiler(nb::module_& module) {
         [](const std::string& kernel, const std::string& model, const std::string& precision,
            std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
            bool count_rays, int architecture, bool use_cache) {
-            const KernelSpecification specification =
-                specification_of(kernel, model, precision, features, stack_capacity, film, layered,
-                                 count_rays);
+            const KernelSpecification specification = specification_of(
+                kernel, model, precision, features, stack_capacity, film, layered, count_rays);
             return build(kernel_translation(specification, architecture), use_cache);
         },
         "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "cuda/check.h"
+#include "cuda/nvtx.h"
 
 namespace haste::cuda {
 
@@ -85,6 +86,7 @@ void Kernel::launch_untyped(const Launch& shape, Stream& stream, const void* par
                                std::to_string(size) + " bytes, the kernel's have " +
                                std::to_string(parameters_size_));
     }
+    const NvtxRange range(name_.c_str());
     void* arguments[] = {const_cast<void*>(parameters)};
     HASTE_CUDA_CHECK(driver().launch_kernel(function_, static_cast<unsigned>(shape.blocks), 1, 1,
                                             static_cast<unsigned>(shape.threads), 1, 1,

@@ -165,7 +165,8 @@ std::vector<std::string> kernel_films() { return names_of<FilmEntry>(films); }
 std::string kernel_source(const KernelSpecification& specification) {
     const auto& kernel = find<KernelEntry>(kernels, specification.kernel, "kernel");
     const auto& model = find<ModelEntry>(models, specification.model, "kernel for the model");
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     const auto& film = find<FilmEntry>(films, specification.film, "kernel for the film");
     if (specification.stack_capacity < 1) {
         throw std::invalid_argument("a kernel's stack holds at least one ray, not " +
@@ -179,21 +180,23 @@ std::string kernel_source(const KernelSpecification& specification) {
               ", " + std::string(film.type) + ", " + flag(specification.layered) + ", " +
               flag(specification.count_rays) + ">;\n";
     // A grid constant stays in constant memory where its address is taken.
-    source += "extern \"C\" __global__ void " + std::string(kernel_entry) + "(const __grid_constant__ " +
-              std::string(kernel.parameters) + " parameters) {\n";
+    source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
+              "(const __grid_constant__ " + std::string(kernel.parameters) + " parameters) {\n";
     source += "    haste::" + std::string(kernel.name) + "<Config>(parameters);\n}\n";
     return source;
 }
 
 Translation kernel_translation(const KernelSpecification& specification, int architecture) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     return translation_of(kernel_source(specification),
                           specification.kernel + "_" + specification.model + ".cu",
                           precision.options, architecture);
 }
 
 std::string kernel_source(const ReplaySpecification& specification) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     const std::uint32_t features = primitive_features(specification.features);
     if (features == 0) {
         throw std::invalid_argument("a replay kernel needs triangles, spheres or both");
@@ -209,7 +212,8 @@ std::string kernel_source(const ReplaySpecification& specification) {
 }
 
 Translation kernel_translation(const ReplaySpecification& specification, int architecture) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     return translation_of(kernel_source(specification),
                           std::string("replay_") + query_name(specification.any_hit) + ".cu",
                           precision.options, architecture);

@@ -89,15 +89,14 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     pass.rays = film.rays();
 
     const double built_before = state_->kernels.build_seconds();
-    const std::unique_ptr<Engine> engine =
-        make_engine({.device = state_->device,
-                     .kernels = state_->kernels,
-                     .stream = state_->stream,
-                     .kernel = specification_of(host, model, settings, schedule),
-                     .schedule = schedule,
-                     .tree = ray_tree(model, settings),
-                     .most_shadow_rays =
-                         most_shadow_rays(model, settings, pass.scene.light_count)});
+    const std::unique_ptr<Engine> engine = make_engine(
+        {.device = state_->device,
+         .kernels = state_->kernels,
+         .stream = state_->stream,
+         .kernel = specification_of(host, model, settings, schedule),
+         .schedule = schedule,
+         .tree = ray_tree(model, settings),
+         .most_shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count)});
     output.compile_seconds = state_->kernels.build_seconds() - built_before;
     output.compile_cached = engine->main_kernel().cached();
     output.registers = engine->main_kernel().attributes().registers;

@@ -12,10 +12,10 @@ namespace haste::cuda {
 /// A render and the figures of its kernel.
 struct CudaOutput {
     RenderOutput render;
-    double compile_seconds = 0;  ///< to compile or load the kernels; 0 once they are in memory
+    double compile_seconds = 0;   ///< to compile or load the kernels; 0 once they are in memory
     bool compile_cached = false;  ///< the main kernel came from the cache
-    double upload_seconds = 0;  ///< 0 once the scene is on the device
-    int registers = 0;  ///< of the engine's main kernel
+    double upload_seconds = 0;    ///< 0 once the scene is on the device
+    int registers = 0;            ///< of the engine's main kernel
     int local_bytes = 0;
     std::size_t scene_bytes = 0;
 };

@@ -46,10 +46,9 @@ void PassFolder::fold(const PassFilm& film) {
     for (std::size_t layer = 0; layer < state_->weights.size(); ++layer) {
         const double weight = state_->weights[layer];
         for (std::size_t i = 0; i < size; ++i) {
-            const double value =
-                state_->integers
-                    ? std::ldexp(double(film.sums[layer * size + i]), state_->format.exponent)
-                    : double(film.values[layer * size + i]);
+            const double value = state_->integers ? std::ldexp(double(film.sums[layer * size + i]),
+                                                               state_->format.exponent)
+                                                  : double(film.values[layer * size + i]);
             state_->sums[i] += weight * value;
         }
     }

@@ -70,7 +70,8 @@ std::vector<double> layer_weights(const Schedule& schedule, const Settings<float
                                   double reflectance) {
     std::vector<double> weights{1};
     if (schedule.accumulation == Accumulation::layer_weighted) {
-        while (weights.size() < settings.max_layers) weights.push_back(weights.back() * reflectance);
+        while (weights.size() < settings.max_layers)
+            weights.push_back(weights.back() * reflectance);
     }
     return weights;
 }

@@ -18,7 +18,8 @@ def drain(
     generations, children = tree
     queue: list[int] = []
     peak = steps = 0
-    shy = spawn.random()
+    # Deep trees stay small enough to walk, but single rays spawn all that they can.
+    fertile = spawn.uniform(0.0, 1.2 / children)
     while queue or unborn:
         pending, born, newest = testing.next_packet(tree, capacity, packet, len(queue), unborn)
         assert 0 < pending + born <= packet, "a packet is empty or too large"
@@ -31,9 +32,8 @@ def drain(
         spawned = [
             generation + 1
             for generation in [*taken, *[1] * born]
-            if generation < generations
+            if generation < generations and spawn.random() <= fertile
             for _ in range(children)
-            if spawn.random() >= shy
         ]
         spawn.shuffle(spawned)
         queue += spawned

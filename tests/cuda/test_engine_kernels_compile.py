@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+
 from haste_cuda import _core
 
 ALL_FEATURES = (1 << 12) - 1

@@ -89,7 +89,8 @@ private:
     /// may shorten, until visit returns true.
     ///
     /// Two loops, so that the threads of a warp go down together and then test primitives together:
-    /// Aila and Laine, Understanding the Efficiency of Ray Traversal on GPUs, HPG 2009, `while-while`.
+    /// Aila and Laine, Understanding the Efficiency of Ray Traversal on GPUs, HPG 2009,
+    /// `while-while`.
     template <class Start, class Visit>
     HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
                            Real t_max, Visit&& visit) const {

@@ -53,8 +53,7 @@ HASTE_HD void trace_and_shade(const Model& model, const I& intersector, const Ra
 template <bool Count, class Model, class I, class Real, class Sum>
     requires Intersector<I, Real>
 HASTE_HD void trace_sample(const Model& model, const I& intersector, const FixedPoint& format,
-                           const Ray<Real>& camera, Ray<Real>* stack, Sum& sum,
-                           RayCounts& counts) {
+                           const Ray<Real>& camera, Ray<Real>* stack, Sum& sum, RayCounts& counts) {
     DepthFirstOut<Real, I, Sum, Count> out{intersector, format, sum, counts, stack};
     out.child(camera);
     while (out.depth > 0) {

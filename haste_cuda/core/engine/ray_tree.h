@@ -11,9 +11,7 @@ struct RayTree {
 
     /// Most rays that wait where a sample is walked last in, first out: every generation but the
     /// first leaves all its children but one behind.
-    HASTE_HD constexpr u64 lifo_need() const {
-        return u64(generations - 1) * (children - 1) + 1;
-    }
+    HASTE_HD constexpr u64 lifo_need() const { return u64(generations - 1) * (children - 1) + 1; }
 };
 
 }  // namespace haste

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/math/vec3.h"
 #include "core/film/fixed_point.h"
+#include "core/math/vec3.h"
 
 namespace haste {
 

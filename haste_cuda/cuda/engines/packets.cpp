@@ -7,15 +7,14 @@
 namespace haste::cuda {
 
 PacketsEngine::PacketsEngine(const EngineRequest& request)
-    : Engine(request),
-      kernel_(kernel("packet")),
-      packet_(std::make_unique_for_overwrite<Ray<float>[]>(request.schedule.packet)),
-      children_(std::make_unique_for_overwrite<Ray<float>[]>(request.schedule.packet *
-                                                             request.tree.children)) {
+    : Engine(request), kernel_(kernel("packet")) {
+    const u64 rays = request.schedule.packet;
+    const u64 children = rays * request.tree.children;
     if (request.schedule.allocation == Allocation::once) {
-        kept_ = std::make_unique<Buffers>(request.schedule.packet,
-                                          request.schedule.packet * request.tree.children);
+        kept_ = std::make_unique<Buffers>(rays, children);
     }
+    packet_ = std::make_unique_for_overwrite<Ray<float>[]>(rays);
+    children_ = std::make_unique_for_overwrite<Ray<float>[]>(children);
 }
 
 EnginePass PacketsEngine::run(const RenderParams& pass) {

@@ -11,8 +11,8 @@ namespace {
 /// A packet is as large as the setting says and as leaves room for what one sample needs and for
 /// the children of all streams.
 u64 chunk_rays(const EngineRequest& request) {
-    const u64 chunks = request.tree.lifo_need() +
-                       u64(request.schedule.streams + 1) * request.tree.children;
+    const u64 chunks =
+        request.tree.lifo_need() + u64(request.schedule.streams + 1) * request.tree.children;
     const u64 room = request.schedule.queue_bytes / sizeof(Ray<float>) / chunks;
     return std::clamp<u64>(room, 1, request.schedule.packet);
 }
@@ -23,8 +23,7 @@ StreamsEngine::StreamsEngine(const EngineRequest& request)
     : Engine(request),
       kernel_(kernel("packet")),
       chunk_rays_(chunk_rays(request)),
-      admission_(request.tree, request.schedule.queue_bytes / sizeof(Ray<float>) / chunk_rays_,
-                 1) {
+      admission_(request.tree, request.schedule.queue_bytes / sizeof(Ray<float>) / chunk_rays_, 1) {
     for (u32 i = 0; i < request.schedule.streams; ++i) {
         lanes_.emplace_back(chunk_rays_, chunk_rays_ * request.tree.children);
     }
@@ -56,8 +55,7 @@ bool StreamsEngine::launch(const RenderParams& pass, Lane& lane) {
     if (waiting_.empty() && unborn == 0) return false;
     const u64 children = request_.tree.children;
     const u64 set_aside = waiting_.size() + under_way_ * children;
-    const bool admitted =
-        set_aside + children - (waiting_.empty() ? 0 : 1) <= admission_.mark();
+    const bool admitted = set_aside + children - (waiting_.empty() ? 0 : 1) <= admission_.mark();
     if (!admitted && under_way_ > 0) return false;
 
     PacketParams parameters{};

@@ -44,7 +44,7 @@ private:
         DeviceBuffer<Ray<float>> children;
         DeviceBuffer<u32> child_count;
         PinnedBuffer<u32> seen_count{1};
-        Chunk source;               ///< on its way up
+        Chunk source;                ///< on its way up
         std::vector<Chunk> landing;  ///< on their way down
     };
 

@@ -29,8 +29,8 @@ WavefrontEngine::WavefrontEngine(const EngineRequest& request)
       shadows_(request.schedule.packet * request.most_shadow_rays),
       state_(1),
       seen_(2) {
-    for (const char* name : {"wavefront_generate", "wavefront_closest_hit", "wavefront_shade",
-                             "wavefront_any_hit"}) {
+    for (const char* name :
+         {"wavefront_generate", "wavefront_closest_hit", "wavefront_shade", "wavefront_any_hit"}) {
         const Kernel& step = kernel(name);
         steps_.push_back({step, resident_grid(step)});
     }

@@ -15,8 +15,8 @@ struct GridLoop {
 template <class C>
 __device__ void wavefront_plan(const WavefrontParams& parameters) {
     WavefrontState& state = *parameters.state;
-    const PacketPlan plan = parameters.admission.next(
-        state.waiting, parameters.camera_rays - state.next_camera_ray);
+    const PacketPlan plan =
+        parameters.admission.next(state.waiting, parameters.camera_rays - state.next_camera_ray);
     // What the step before wrote is read for the last time here.
     state.next_camera_ray += plan.born;
     state.peak = state.waiting > state.peak ? state.waiting : state.peak;
@@ -84,8 +84,11 @@ __device__ void wavefront_shade(const WavefrontParams& parameters) {
         if constexpr (C::count) rays.count(ray);
         const Hit<float> hit = parameters.hits[i];
         typename C::Sum sum;
-        ShadeOut<C> out{render.film.format, sum, {parameters.queue, &state.waiting},
-                        parameters.shadows, &state.shadows};
+        ShadeOut<C> out{render.film.format,
+                        sum,
+                        {parameters.queue, &state.waiting},
+                        parameters.shadows,
+                        &state.shadows};
         if (hit.found()) {
             model.shade(ray, hit, out);
         } else {
