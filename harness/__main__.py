@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from harness.measure.config import (
+    ROOT,
     Config,
     ConfigError,
     find_scene,
@@ -56,7 +57,7 @@ def _check(config: Config, options: argparse.Namespace) -> int:
 
 def _features(config: Config, options: argparse.Namespace) -> int:
     from harness.describe import describe_scene, format_description
-    from harness.scene import SceneError, load_settings
+    from harness.scene import SceneError
 
     asked = [*options.scenes, *(options.scene or [])]
     descriptions = []
@@ -65,7 +66,7 @@ def _features(config: Config, options: argparse.Namespace) -> int:
         path = Path(name)
         is_path = path.suffix == ".xml" or path.is_dir()
         source = path if asked and is_path else find_scene(name) if asked else config.scenes[name]
-        size = (None, None) if asked else config.resolution(name, load_settings(source))
+        size = (None, None) if asked else config.resolution(name)
         descriptions.append(describe_scene(source, *size))
         print(format_description(descriptions[-1], every_place=options.all))
     models = MODELS if asked else config["models"]
@@ -98,6 +99,15 @@ def _thumbnails(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _sheet(config: Config, options: argparse.Namespace) -> int:
+    del config, options
+    from harness.thumbnails import SHEET_SCENES, write_sheet
+
+    folders = [find_scene(name) for name in SHEET_SCENES]
+    print(write_sheet(folders, ROOT / "docs" / "images" / "scenes.jpg"))
+    return 0
+
+
 def _available(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.crew import Crew
 
@@ -118,6 +128,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "features": (_features, "print what scenes require, and what of it is missing; 0 if nothing"),
     "generate": (_generate, "make the files of scenes that are not committed"),
     "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
+    "sheet": (_sheet, "set those pictures side by side, for the README"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
 

@@ -143,10 +143,3 @@ def describe_answers(verdicts: list[AnswerVerdict]) -> list[str]:
         f"{counts[Verdict.NOT_ENOUGH_SAMPLES]} not enough samples ({LEVEL:.0%} intervals)"
     )
     return lines
-
-
-def answers_exit_code(verdicts: list[AnswerVerdict]) -> int:
-    """0 if all pass or none is judged, 1 if any fails, 2 if samples are missing."""
-    if any(row.verdict is Verdict.FAIL for row in verdicts):
-        return 1
-    return 0 if all(row.verdict is Verdict.PASS for row in verdicts) else 2

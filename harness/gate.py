@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from harness.answers import answers_exit_code, describe_answers, judge_answers
+from harness.answers import describe_answers, judge_answers
 from harness.films import describe_films, films_exit_code
-from harness.slopes import describe_slopes, judge_slopes, slopes_exit_code
+from harness.slopes import describe_slopes, judge_slopes
 from harness.statistics.bias import (
     GATE_LEVEL,
     Equivalence,
     Verdict,
+    exit_code_of,
     judge_equivalence,
     relative_bias,
 )
@@ -247,10 +248,11 @@ def exit_code(judgements: list[Judgement]) -> int:
     Mitsuba judged by its own truth can fail, but a sparse sample of it delays no verdict. Nothing
     judged is a failure.
     """
-    if not judgements or any(row.verdict is Verdict.FAIL for row in judgements):
+    if not judgements:
         return 1
-    waiting = [row for row in judgements if row.verdict is not Verdict.PASS and not row.control]
-    return 2 if waiting else 0
+    return exit_code_of(
+        row.verdict for row in judgements if row.verdict is Verdict.FAIL or not row.control
+    )
 
 
 def worst_code(*codes: int) -> int:
@@ -302,8 +304,8 @@ def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
         print(line)
     return worst_code(
         1 if missing else exit_code(judgements),
-        answers_exit_code(answers),
+        exit_code_of(row.verdict for row in answers),
         0 if all(row.passed for row in eye_rays) else 1,
-        slopes_exit_code(slopes),
+        exit_code_of(row.verdict for row in slopes),
         films_exit_code(jobs),
     )

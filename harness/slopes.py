@@ -83,10 +83,3 @@ def describe_slopes(verdicts: list[SlopeVerdict]) -> list[str]:
         f"({widest.scene} {widest.tracer})"
     )
     return lines
-
-
-def slopes_exit_code(verdicts: list[SlopeVerdict]) -> int:
-    """0 if all pass or none is judged, 1 if any fails, 2 if an interval is too wide."""
-    if any(row.verdict is Verdict.FAIL for row in verdicts):
-        return 1
-    return 0 if all(row.verdict is Verdict.PASS for row in verdicts) else 2

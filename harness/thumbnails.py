@@ -1,6 +1,7 @@
 """Small pictures of the scenes, as their READMEs show them."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,30 @@ MAX_BYTES = 25_000
 """What a thumbnail may take in the repository."""
 COLOURS = (256, 192, 128, 96, 64, 48, 32, 24, 16)
 """Sizes of the palette, tried in turn until the file is small enough."""
+
+SHEET_SCENES = (
+    "skull",
+    "cart",
+    "head",
+    "three-spheres",
+    "mirror-glass",
+    "cornell-box",
+    "veach-mis",
+    "hard",
+    "bunny",
+    "armadillo",
+    "sphereflake",
+    "menger-4",
+    "teapot",
+    "tetra",
+    "balls",
+    "teapot-stadium",
+)
+"""Those of the sheet, the paper's own first."""
+SHEET_COLUMNS = 8
+SHEET_SIDE = 152
+"""Pixels of one picture of the sheet."""
+SHEET_GAP = 4
 
 
 def thumbnail_size(picture: tuple[int, int]) -> tuple[int, int]:
@@ -74,4 +99,26 @@ def write_thumbnail(folder: Path, threads: int, samples: int = SAMPLES) -> Path:
     radiance = render_thumbnail(folder, threads, samples)
     path = folder / FILE
     path.write_bytes(encode_thumbnail(encode_srgb(radiance * exposure_of(radiance))))
+    return path
+
+
+def write_sheet(folders: Sequence[Path], path: Path) -> Path:
+    """Write the thumbnails of some scenes side by side, as the README shows them.
+
+    Raises FileNotFoundError naming a thumbnail that is not there.
+    """
+    pitch = SHEET_SIDE + SHEET_GAP
+    rows = -(-len(folders) // SHEET_COLUMNS)
+    size = (SHEET_COLUMNS * pitch - SHEET_GAP, rows * pitch - SHEET_GAP)
+    sheet = PillowImage.new("RGB", size, "white")
+    for index, folder in enumerate(folders):
+        with PillowImage.open(folder / FILE) as image:
+            small = image.convert("RGB")
+        small.thumbnail((SHEET_SIDE, SHEET_SIDE), PillowImage.Resampling.LANCZOS)
+        row, column = divmod(index, SHEET_COLUMNS)
+        left = column * pitch + (SHEET_SIDE - small.width) // 2
+        top = row * pitch + (SHEET_SIDE - small.height) // 2
+        sheet.paste(small, (left, top))
+    # Not a palette as for one thumbnail: together they have too many colours.
+    sheet.save(path, format="JPEG", quality=90, optimize=True)
     return path

@@ -127,15 +127,18 @@ class Config:
         least = self.values["tracer_settings"].get(tracer, {}).get("least_packet", 1)
         return [size for size in self.values["packets"]["sizes"] if size >= least]
 
-    def converges(self, model: str, tracer: str) -> bool:
-        """Whether a tracer takes part in the convergence images of a model."""
+    def _convergence(self, scene: str) -> dict[str, Any]:
+        own = self.values["scene_settings"].get(scene, {}).get("convergence", {})
+        return self.values["convergence"] | own
+
+    def converges(self, scene: str, model: str, tracer: str) -> bool:
+        """Whether a tracer takes part in the convergence images of a scene in a model."""
         takes_part = self.values["tracer_settings"].get(tracer, {}).get("convergence", True)
-        return takes_part and model in self.values["convergence"]["models"]
+        return takes_part and model in self._convergence(scene)["models"]
 
     def convergence_seeds(self, scene: str, doubling: int) -> int:
         """Independent images of 2^doubling samples a pixel."""
-        own = self.values["scene_settings"].get(scene, {}).get("convergence", {})
-        sizes = self.values["convergence"] | own
+        sizes = self._convergence(scene)
         equal_samples = sizes["seeds"] * 2 ** (sizes["doublings"] - doubling)
         return min(equal_samples, max(sizes["seeds"], sizes["most_seeds"]))
 

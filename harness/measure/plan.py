@@ -92,7 +92,7 @@ def plan_seeds(config: Config, subject: Subject) -> list[PlannedImage]:
 
 def plan_convergence(config: Config, subject: Subject) -> list[PlannedImage]:
     """List the images at doubling sample counts; the seeds of one count are those of no other."""
-    if not config.converges(subject.model, subject.tracer):
+    if not config.converges(subject.scene, subject.model, subject.tracer):
         return []
     folder = Path("convergence") / subject.model / subject.tracer
     return [

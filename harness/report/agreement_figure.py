@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
 
 from harness.gate import Judgement
 from harness.report.figures import legend
-from harness.report.style import BAND, FAINT, colour_of, figure_style, make_panels, marker_of
+from harness.report.forest import draw_estimate, finish_panel, spread
+from harness.report.style import BAND, figure_style, make_panels
 from harness.tables.read import model_order, tracer_order
 
 
@@ -31,37 +30,14 @@ def plot_agreement(judgements: list[Judgement]) -> Figure | None:
             for row in [row for row in shown if row.model == model]:
                 if row.bias is None:
                     continue
-                place = scenes.index(row.scene)
+                place = float(scenes.index(row.scene))
                 delta = 100.0 * row.bias.delta
                 axes.fill_betweenx([place - 0.42, place + 0.42], -delta, delta, color=BAND, lw=0)
-                offset = 0.0
-                if len(tracers) > 1:
-                    offset = 0.5 * (tracers.index(row.tracer) / (len(tracers) - 1) - 0.5)
-                interval = row.bias.bias
-                inside = abs(interval.value) <= limit
-                value = 100.0 * float(np.clip(interval.value, -limit, limit))
-                ends = 100.0 * np.clip([interval.lower, interval.upper], -limit, limit)
-                axes.hlines(place + offset, *ends, color=colour_of(row.tracer), lw=1.6)
-                axes.plot(
-                    value,
-                    place + offset,
-                    color=colour_of(row.tracer),
-                    marker=marker_of(row.tracer),
-                    mfc="white" if inside else colour_of(row.tracer),
-                )
-            axes.axvline(0.0, color=FAINT, lw=0.8, zorder=1)
-            axes.set_xlim(-105.0 * limit, 105.0 * limit)
-            axes.set_ylim(len(scenes) - 0.5, -0.5)
-            axes.set_yticks(range(len(scenes)), scenes)
-            axes.tick_params(axis="y", length=0)
-            axes.grid(visible=False, axis="y")
-            axes.xaxis.set_major_formatter(
-                FuncFormatter(lambda value, _: f"{value:+g}".replace("-", "−") if value else "0")
-            )
+                place += spread(tracers.index(row.tracer), len(tracers), 0.5)
+                draw_estimate(axes, place, row.bias.bias, row.tracer, limit)
+            lines = scenes if axes is all_axes[0] else None
+            finish_panel(axes, lines, len(scenes), limit, "relative bias of the image mean")
             axes.set_title(model)
-            axes.set_xlabel("relative bias of the image mean, %")
-            if axes is not all_axes[0]:
-                axes.set_yticklabels([])
         for axes in all_axes[len(models) :]:
             axes.set_axis_off()
         legend(figure, tracers)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
 
 from harness.answers import DELTA, AnswerVerdict
 from harness.report.figures import legend
-from harness.report.style import BAND, FAINT, colour_of, figure_style, make_panels, marker_of
+from harness.report.forest import draw_estimate, finish_panel, spread
+from harness.report.style import BAND, figure_style, make_panels
 from harness.tables.read import model_order, tracer_order
 
 
@@ -32,35 +31,11 @@ def plot_answers(verdicts: list[AnswerVerdict]) -> Figure | None:
         for axes, model in zip(all_axes, models, strict=False):
             axes.axvspan(-100.0 * DELTA, 100.0 * DELTA, color=BAND, lw=0, zorder=0)
             for row in [row for row in shown if row.model == model]:
-                place = places[row.scene]
-                if len(tracers) > 1:
-                    place += 0.6 * (tracers.index(row.tracer) / (len(tracers) - 1) - 0.5)
-                inside = abs(row.error.value) <= limit
-                value = 100.0 * float(np.clip(row.error.value, -limit, limit))
-                ends = 100.0 * np.clip([row.error.lower, row.error.upper], -limit, limit)
-                colour = colour_of(row.tracer)
-                axes.hlines(place, *ends, color=colour, lw=1.4)
-                axes.plot(
-                    value,
-                    place,
-                    color=colour,
-                    marker=marker_of(row.tracer),
-                    ms=4.0,
-                    mfc="white" if inside else colour,
-                )
-            axes.axvline(0.0, color=FAINT, lw=0.8, zorder=1)
-            axes.set_xlim(-105.0 * limit, 105.0 * limit)
-            axes.set_ylim(len(scenes) - 0.5, -0.5)
-            axes.set_yticks(range(len(scenes)), [title for _, title in scenes])
-            axes.tick_params(axis="y", length=0)
-            axes.grid(visible=False, axis="y")
-            axes.xaxis.set_major_formatter(
-                FuncFormatter(lambda value, _: f"{value:+g}".replace("-", "−") if value else "0")
-            )
+                place = places[row.scene] + spread(tracers.index(row.tracer), len(tracers), 0.6)
+                draw_estimate(axes, place, row.error, row.tracer, limit)
+            lines = [title for _, title in scenes] if axes is all_axes[0] else None
+            finish_panel(axes, lines, len(scenes), limit, "error of the known radiance")
             axes.set_title(model)
-            axes.set_xlabel("error of the known radiance, %")
-            if axes is not all_axes[0]:
-                axes.set_yticklabels([])
         for axes in all_axes[len(models) :]:
             axes.set_axis_off()
         legend(figure, tracers)

@@ -4,7 +4,8 @@ import re
 
 from harness.measure.config import find_scene, standard_scenes
 from harness.measure.inputs import files_of_scene
-from harness.scene.generated import TABLE, generated_scenes
+from harness.scene.generated import generated_scenes
+from harness.thumbnails import SHEET_SCENES
 
 GENERATED = {
     name: [f"scenes/{name}/{file}" for file in scene.files]
@@ -50,6 +51,7 @@ for scene, scene_outputs in GENERATED.items():
 rule thumbnails:
     input:
         expand("scenes/{folder}/thumbnail.png", folder=standard_scenes()),
+        "docs/images/scenes.jpg",
     message:
         "Every thumbnail is there"
 
@@ -74,3 +76,21 @@ rule thumbnail:
     shell:
         "{params.python:q} -m harness thumbnails --scene {wildcards.folder:q} "
         "--threads {threads} > {log:q} 2>&1"
+
+
+rule sheet:
+    input:
+        thumbnails=expand("scenes/{folder}/thumbnail.png", folder=SHEET_SCENES),
+        sources=["harness/thumbnails.py"],
+    output:
+        "docs/images/scenes.jpg",
+    log:
+        f"{RESULTS}/logs/sheet.log",
+    conda:
+        "../envs/haste.yaml"
+    params:
+        python=PYTHON,
+    message:
+        "The picture of the README"
+    shell:
+        "{params.python:q} -m harness sheet > {log:q} 2>&1"

@@ -7,6 +7,7 @@ therefore asks for the opposite proof, that the bias is small (Schuirmann 1987).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -27,6 +28,14 @@ class Verdict(Enum):
     PASS = "PASS"  # noqa: S105 - a verdict, no password
     NOT_ENOUGH_SAMPLES = "NOT ENOUGH SAMPLES"
     FAIL = "FAIL"
+
+
+def exit_code_of(verdicts: Iterable[Verdict]) -> int:
+    """0 if all pass or there is none, 1 if any fails, 2 if samples are missing and none fails."""
+    found = set(verdicts)
+    if Verdict.FAIL in found:
+        return 1
+    return 2 if Verdict.NOT_ENOUGH_SAMPLES in found else 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,6 @@ import pytest
 
 from harness.answers import (
     DELTA,
-    answers_exit_code,
     expected_answers,
     judge_answers,
     judge_error,
@@ -19,7 +18,7 @@ from harness.answers import (
 from harness.gate import check, worst_code
 from harness.report import write_report
 from harness.scene import load_scene, load_settings
-from harness.statistics.bias import Verdict
+from harness.statistics.bias import Verdict, exit_code_of
 from harness.statistics.intervals import Interval
 from harness.tables import read_jobs, write_tables
 from reference.analytic import AnswerError
@@ -75,7 +74,7 @@ def test_too_few_samples_of_a_known_answer_are_no_pass(
 ):
     folder = with_answer(fabricate_results(**SHARP | {"spp": 16, "seeds": 4}))
     verdicts = judge_answers(read_jobs(folder))
-    assert answers_exit_code(verdicts) == 2
+    assert exit_code_of(row.verdict for row in verdicts) == 2
     check(folder)
     assert "images)" in capsys.readouterr().out
 

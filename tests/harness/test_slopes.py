@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from scipy import stats
 
-from harness.slopes import SlopeVerdict, describe_slopes, judge_slopes, slopes_exit_code
-from harness.statistics.bias import Verdict
+from harness.slopes import SlopeVerdict, describe_slopes, judge_slopes
+from harness.statistics.bias import Verdict, exit_code_of
 
 DEGREES = 60
 COLUMNS = (
@@ -43,13 +43,13 @@ def judge(
 def test_slopes_near_minus_one_pass(tmp_path: Path):
     found = judge(tmp_path, {("a", "embree"): (-1.02, 0.02), ("b", "embree"): (-0.97, 0.02)})
     assert [row.verdict for row in found] == [Verdict.PASS, Verdict.PASS], found
-    assert slopes_exit_code(found) == 0
+    assert exit_code_of(row.verdict for row in found) == 0
 
 
 def test_a_flattened_slope_fails_and_is_named(tmp_path: Path):
     found = judge(tmp_path, {("a", "embree"): (-0.9, 0.02), ("b", "embree"): (-1.0, 0.02)})
     assert [row.verdict for row in found] == [Verdict.FAIL, Verdict.PASS], found
-    assert slopes_exit_code(found) == 1
+    assert exit_code_of(row.verdict for row in found) == 1
     lines = describe_slopes(found)
     assert lines[0].startswith("FAIL")
     assert "a path embree" in lines[0]
@@ -66,7 +66,7 @@ def test_one_of_many_slopes_may_lie_two_errors_off(tmp_path: Path):
 def test_a_wide_interval_is_no_pass(tmp_path: Path):
     found = judge(tmp_path, {("a", "embree"): (-1.0, 0.04)})
     assert [row.verdict for row in found] == [Verdict.NOT_ENOUGH_SAMPLES], found
-    assert slopes_exit_code(found) == 2
+    assert exit_code_of(row.verdict for row in found) == 2
 
 
 @pytest.mark.parametrize("kind", ["caustic", "miniature"])
@@ -74,7 +74,7 @@ def test_scenes_with_caustics_and_miniatures_are_left_out(tmp_path: Path, kind: 
     found = judge(tmp_path, {("a", "embree"): (-0.8, 0.02)}, **{kind: True})
     assert found == []
     assert describe_slopes(found) == []
-    assert slopes_exit_code(found) == 0
+    assert exit_code_of(row.verdict for row in found) == 0
 
 
 def test_a_run_without_a_table_has_no_slopes_to_judge(tmp_path: Path):

@@ -42,9 +42,9 @@ def test_settings_for_one_tracer_come_before_those_for_one_scene(make_config: An
     assert config.seeds_spp("lamp", "path", "haste-cpu") == 64
     assert config.seeds_spp("lamp", "haste", "haste-cpu") == config["seeds"]["spp"]["haste"]
     assert config.truth_spp("lamp", "path") == 512
-    assert config.converges("path", "haste-cpu")
-    assert not config.converges("path", "embree")
-    assert not config.converges("whitted", "haste-cpu")
+    assert config.converges("lamp", "path", "haste-cpu")
+    assert not config.converges("lamp", "path", "embree")
+    assert not config.converges("lamp", "whitted", "haste-cpu")
 
 
 def test_every_count_of_the_convergence_gets_equal_samples_up_to_the_most_images(make_config: Any):
