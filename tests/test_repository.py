@@ -108,7 +108,7 @@ def commands_of_bench() -> set[str]:
     result = subprocess.run(
         [str(REPOSITORY / "bench"), "help"], capture_output=True, text=True, check=True
     )
-    return set(re.findall(r"^  ([a-z]+)  ", result.stdout, flags=re.MULTILINE))
+    return set(re.findall(r"^  ([a-z]+) ", result.stdout, flags=re.MULTILINE))
 
 
 def test_the_readme_shows_the_two_commands() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,15 +75,3 @@ def encode_png(pixels: NDArray[np.uint8]) -> bytes:
     buffer = io.BytesIO()
     PillowImage.fromarray(pixels).save(buffer, format="PNG", optimize=True)
     return buffer.getvalue()
-
-
-def write_picture(image: Image, path: Path, exposure: float | None = None, scale: int = 1) -> Path:
-    """Tone map radiance [h, w, 3] to an sRGB PNG file, each pixel `scale` times as large.
-
-    Without an exposure that of the image itself is taken.
-    """
-    factor = exposure_of(image) if exposure is None else exposure
-    pixels = encode_srgb(np.asarray(image, dtype=np.float64) * factor)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(encode_png(pixels.repeat(scale, axis=0).repeat(scale, axis=1)))
-    return path

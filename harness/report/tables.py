@@ -12,7 +12,7 @@ from harness.report import numbers
 from harness.statistics.bias import Verdict
 from harness.statistics.intervals import Interval
 from harness.tables.lookup import Measurements
-from harness.tables.read import SceneJob, tracer_order
+from harness.tables.read import SceneJob, model_order, tracer_order
 from harness.tables.times import RATIOS_TO, RAY_CLASSES
 
 VERDICT_CLASS = {
@@ -29,7 +29,7 @@ class Cell:
     text: str
     faint: str = ""
     kind: str = "number"
-    """number, text, tracer, pass, fail or wait"""
+    """number, text, prose (text that wraps), tracer, pass, fail or wait"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,10 +145,11 @@ def verdict_table(judgements: list[Judgement]) -> Table:
     return Table("verdicts", columns, list(groups.items()), pd.DataFrame(records))
 
 
-def absence_table(absent: list[Absent]) -> Table | None:
+def absence_table(absent: list[Absent], jobs: list[SceneJob]) -> Table | None:
     """Tracers that were skipped, with the reason once; None if there are none."""
     if not absent:
         return None
+    everywhere = {job.name for job in jobs}
     groups: dict[tuple[str, str], dict[str, list[str]]] = {}
     for row in absent:
         models = groups.setdefault((row.tracer, row.reason), {})
@@ -158,8 +159,14 @@ def absence_table(absent: list[Absent]) -> Table | None:
         groups.items(), key=lambda item: tracer_order(item[0][0])
     ):
         scenes = list(dict.fromkeys(scene for found in models.values() for scene in found))
+        named = "every scene" if everywhere <= set(scenes) else ", ".join(scenes)
         rows.append(
-            [_tracer(tracer), _text(", ".join(models)), _text(", ".join(scenes)), _text(reason)]
+            [
+                _tracer(tracer),
+                _text(", ".join(sorted(models, key=model_order))),
+                Cell(named, kind="prose"),
+                _text(reason),
+            ]
         )
     columns = [Column(title, kind="text") for title in ("tracer", "models", "scenes", "reason")]
     frame = pd.DataFrame(

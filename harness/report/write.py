@@ -146,7 +146,7 @@ def write_report(results_dir: Path) -> Path:
     rungs = find_rungs(measurements, jobs)
     tables = {
         "verdicts": verdict_table(judgements),
-        "skipped": absence_table(absent),
+        "skipped": absence_table(absent, jobs),
         "answers": answers_table(answers),
         "speed": speed_table(measurements, jobs),
         "errors": error_table(measurements, pictured),

@@ -108,7 +108,10 @@ def test_a_scene_renders_with_every_model_that_it_claims(
 
 @pytest.mark.parametrize("name", STANDARD)
 def test_a_standard_scene_claims_every_model(name: str) -> None:
-    assert set(load_settings(SCENES / name).models) == {"path", "haste", "whitted"}
+    # Mitsuba takes seconds to begin each image of thousands of spheres, and longest in `haste`.
+    claimed = {"sphereflake": {"path", "whitted"}, "balls": {"path"}}
+    models = set(load_settings(SCENES / name).models)
+    assert models == claimed.get(name, {"path", "haste", "whitted"})
 
 
 @pytest.mark.parametrize("name", NAMES)

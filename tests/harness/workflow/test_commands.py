@@ -26,8 +26,8 @@ def test_a_bad_setting_is_one_line_and_exit_code_one(
 
 
 def test_a_scene_outside_the_settings_is_refused(capsys: pytest.CaptureFixture[str]):
-    assert main(["truth", "--scene", "teapot"]) == 1
-    assert "--scene teapot: the settings name cornell-box" in capsys.readouterr().err
+    assert main(["truth", "--scene", "teapot-nowhere"]) == 1
+    assert "--scene teapot-nowhere: the settings name cornell-box" in capsys.readouterr().err
 
 
 def test_features_prints_what_a_scene_requires(capsys: pytest.CaptureFixture[str]):
