@@ -1,5 +1,4 @@
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
@@ -7,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "bindings/arrays.h"
 #include "bindings/bindings.h"
 #include "cpu/render.h"
 #include "engine/schedule.h"
@@ -17,12 +17,8 @@ using namespace nb::literals;
 namespace haste {
 
 nb::dict to_dict(RenderOutput output, const Camera<float>& camera) {
-    auto* data = new std::vector<double>(std::move(output.mean));
-    const nb::capsule owner(data,
-                            [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
     nb::dict result;
-    result["film"] =
-        nb::ndarray<nb::numpy, double>(data->data(), {camera.height, camera.width, 3}, owner);
+    result["film"] = to_numpy(std::move(output.mean), {camera.height, camera.width, 3});
     if (output.film_sha256.empty()) {
         result["film_sha256"] = nb::none();
     } else {
@@ -187,8 +183,8 @@ void bind_render(nb::module_& module) {
         "streams"_a = 3, "film"_a = "int64", "accumulation"_a = "flat", "block"_a = 128,
         "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
-        "floats; seconds are the device's for depth_first, wavefront and persistent, the host's "
-        "clock's for engines with a queue on the host) with compile_seconds, compile_cached, "
+        "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "
+        "the host's for the others, whose host takes part) with compile_seconds, compile_cached, "
         "upload_seconds (of the kernels and the scene), registers, local_bytes (of the engine's "
         "main kernel), scene_bytes. Raises CudaError, ValueError and FilmOverflow.");
 }

@@ -7,48 +7,14 @@
 
 namespace haste {
 
-/// Receives what a model sends out while a packet is shaded: light goes to the shared film in
-/// atomic integer adds, children into the worker's part of the output.
-template <class I, bool Count>
-struct PacketOut {
-    const I& intersector;
-    const PassRequest& request;
-    std::vector<i64>& sums;
-    WorkerTally& tally;
-    std::vector<Ray<float>>& children;
-    u32 layer = 0;  ///< of the film that light goes to
+/// What the rays of a piece of a packet spawn.
+struct SpawnedRays {
+    std::vector<Ray<float>>& rays;
+    bool weighted;  ///< layers are weighted afterwards
 
-    void radiance(const Ray<float>& ray, const Vec3f& value, u32 rounding) {
-        add(ray.pixel, value, rounding);
-    }
-
-    void shadow(const ShadowRay<float>& ray) {
-        if constexpr (Count) ++tally.rays.shadow;
-        if (!intersector.occluded(ray)) add(ray.pixel, ray.value, ray.rounding);
-    }
-
-    void child(const Ray<float>& ray) { children.push_back(ray); }
-
-private:
-    void add(u32 pixel, const Vec3f& value, u32 rounding) {
-        const Camera<float>& camera = request.view.camera;
-        const std::size_t at =
-            3 * (std::size_t(layer) * camera.width * camera.height + std::size_t(pixel));
-        FilmSum sum;
-        sum.add(request.format, value, rounding);
-        for (int c = 0; c < 3; ++c) {
-            if (sum.channel[c] == 0) continue;
-            std::atomic_ref<i64> target(sums[at + std::size_t(c)]);
-            i64 before = target.load(std::memory_order_relaxed);
-            do {
-                if (before > FilmSum::max_sum - sum.channel[c]) {
-                    sum.overflow = true;
-                    break;
-                }
-            } while (!target.compare_exchange_weak(before, before + sum.channel[c],
-                                                   std::memory_order_relaxed));
-        }
-        tally.add_faults(sum, pixel);
+    void push(const Ray<float>& ray) const {
+        rays.push_back(ray);
+        if (weighted) drop_contribution(rays.back());
     }
 };
 
@@ -96,20 +62,35 @@ private:
     void shade_rays(std::span<const Ray<float>> rays, std::vector<Ray<float>>& children) {
         WorkerTally& tally = tallies_.local();
         children.clear();
-        PacketOut<I, Count> out{intersector_, request_, result_.film.sums, tally, children};
-        const bool weighted = request_.film_layers > 1;
+        const SpawnedRays spawned{children, weighted()};
         for (const Ray<float>& ray : rays) {
-            if constexpr (Count) tally.rays.count(ray);
-            if (!weighted) {
-                trace_and_shade(model_, intersector_, ray, out);
-                continue;
-            }
-            out.layer = ray.layer;
-            const std::size_t first_child = children.size();
-            trace_and_shade(model_, intersector_, ray, out);
-            for (std::size_t i = first_child; i < children.size(); ++i) {
-                drop_contribution(children[i]);
-            }
+            FilmSum sum;
+            TraceOut<Count, float, I, FilmSum, SpawnedRays> out{intersector_, request_.format, sum,
+                                                                tally.rays, spawned};
+            out.trace(model_, ray);
+            add_to_film(ray, sum);
+            tally.add_faults(sum, ray.pixel);
+        }
+    }
+
+    [[nodiscard]] bool weighted() const { return request_.film_layers > 1; }
+
+    /// Adds what a ray brought to the film, which all workers share.
+    void add_to_film(const Ray<float>& ray, FilmSum& sum) {
+        const Camera<float>& camera = request_.view.camera;
+        const std::size_t layer = weighted() ? ray.layer : 0;
+        const std::size_t place = layer * camera.width * camera.height + ray.pixel;
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (sum.channel[c] == 0) continue;
+            std::atomic_ref<i64> target(result_.film.sums[3 * place + c]);
+            i64 before = target.load(std::memory_order_relaxed);
+            do {
+                if (before > FilmSum::max_sum - sum.channel[c]) {
+                    sum.overflow = true;
+                    break;
+                }
+            } while (!target.compare_exchange_weak(before, before + sum.channel[c],
+                                                   std::memory_order_relaxed));
         }
     }
 

@@ -1,11 +1,10 @@
 #include "cpu/render.h"
 
-#include <tbb/global_control.h>
-
-#include <chrono>
-#include <memory>
+#include <algorithm>
 
 #include "cpu/pass.h"
+#include "host/stopwatch.h"
+#include "host/thread_limit.h"
 
 namespace haste {
 
@@ -31,11 +30,7 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
                               const std::function<PassResult(const PassRequest&)>& run_pass,
                               const void* embree_scene) {
     check_settings(model, settings, samples, schedule);
-    std::unique_ptr<tbb::global_control> limit;
-    if (schedule.threads > 0) {
-        limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                      std::size_t(schedule.threads));
-    }
+    const ThreadLimit limit(schedule.threads);
     std::vector<double> weights = layer_weights(schedule, settings, scene.common_reflectance());
     PassRequest request;
     request.view = scene.view();
@@ -43,6 +38,7 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
     request.format = scene.film_format(settings);
     request.schedule = schedule;
     request.tree = ray_tree(model, settings);
+    request.stack_capacity = stack_capacity(model, settings);
     request.film_layers = u32(weights.size());
     request.embree_scene = embree_scene;
     PassFolder folder(request.format, request.view.camera.width, request.view.camera.height,
@@ -51,10 +47,9 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
     for (u32 first = 0; first < samples; first += schedule.pass_samples) {
         request.first_sample = first;
         request.samples = std::min(schedule.pass_samples, samples - first);
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const PassResult pass = run_pass(request);
-        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-        output.seconds += elapsed.count();
+        output.seconds += watch.seconds();
         output.rays += pass.rays;
         output.peak_queue_bytes = std::max(output.peak_queue_bytes, pass.peak_queue_bytes);
         folder.fold(pass.film);

@@ -16,6 +16,7 @@ struct PassRequest {
     FixedPoint format;
     Schedule schedule;
     RayTree tree;
+    u32 stack_capacity = 1;              ///< of `depth_first`
     u32 film_layers = 1;                 ///< films that `layers` fills, each 3 sums a pixel
     const void* embree_scene = nullptr;  ///< EmbreeScene, where Embree intersects
     u32 first_sample = 0;

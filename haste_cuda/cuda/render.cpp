@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/engine/depth_first.h"
 #include "cuda/device_film.h"
 #include "cuda/engines/engine.h"
 #include "cuda/renderer_state.h"
@@ -33,24 +32,12 @@ const char* model_name(ModelKind model) {
     }
 }
 
-/// The private stack of `depth_first`: as many rays as the model's tree can have pending.
-u32 stack_capacity(ModelKind model, const Settings<float>& settings) {
-    switch (model) {
-        case ModelKind::path:
-            return depth_first_capacity(1, 1, 0);
-        case ModelKind::haste:
-            return depth_first_capacity(settings.max_layers, 2, settings.ambient_samples);
-        default:
-            return depth_first_capacity(settings.max_layers, 2, 0);
-    }
-}
-
-u32 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 lights) {
+u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 lights) {
     switch (model) {
         case ModelKind::path:
             return 1;
         case ModelKind::haste:
-            return lights * settings.light_samples;
+            return u64(lights) * settings.light_samples;
         default:
             return lights;
     }

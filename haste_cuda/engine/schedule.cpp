@@ -25,9 +25,10 @@ void check_model(ModelKind model, const Settings<float>& settings) {
     if (settings.max_layers == 0 || settings.max_layers > deepest) {
         refuse("max_layers must be 1 .. 65535");
     }
+    const auto sensible = [](u32 count) { return count >= 1 && count <= deepest; };
     if (model == ModelKind::haste &&
-        (settings.light_samples == 0 || settings.ambient_samples == 0)) {
-        refuse("light_samples and ambient_samples must be at least 1");
+        !(sensible(settings.light_samples) && sensible(settings.ambient_samples))) {
+        refuse("light_samples and ambient_samples must be 1 .. 65535");
     }
 }
 
@@ -63,6 +64,17 @@ RayTree ray_tree(ModelKind model, const Settings<float>& settings) {
             return {settings.max_layers + 1, 2 + settings.ambient_samples};
         default:
             return {settings.max_layers, 2};
+    }
+}
+
+u32 stack_capacity(ModelKind model, const Settings<float>& settings) {
+    switch (model) {
+        case ModelKind::path:
+            return 1;
+        case ModelKind::haste:
+            return settings.max_layers + 1 + settings.ambient_samples;
+        default:
+            return settings.max_layers + 1;
     }
 }
 

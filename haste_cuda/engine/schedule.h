@@ -47,6 +47,10 @@ struct Schedule {
 /// What a sample's rays can grow to in a model with its settings.
 [[nodiscard]] RayTree ray_tree(ModelKind model, const Settings<float>& settings);
 
+/// Most rays that a depth-first walk of one sample can have waiting: every layer leaves a sibling
+/// behind, and the ambient rays of one hit lie on top.
+[[nodiscard]] u32 stack_capacity(ModelKind model, const Settings<float>& settings);
+
 /// Weights of the film's layers: R^k for `layer_weighted` (equation 8), else {1}.
 [[nodiscard]] std::vector<double> layer_weights(const Schedule& schedule,
                                                 const Settings<float>& settings,

@@ -117,6 +117,13 @@ def test_a_schedule_that_makes_no_sense_is_refused(schedule: dict[str, Any], nam
         Renders(folder_of("cornell-box"), "path")(**schedule)
 
 
+@pytest.mark.parametrize("count", [0, 65536])
+@pytest.mark.parametrize("setting", ["light_samples", "ambient_samples"])
+def test_counts_of_samples_that_no_ray_tree_can_have_are_refused(setting: str, count: int) -> None:
+    with pytest.raises(ValueError, match=setting):
+        Renders(folder_of("mirror-glass"), "haste", **{setting: count})()
+
+
 def test_layers_weighted_afterwards_are_those_of_rays_that_carry_their_weight() -> None:
     """Equation 8 against equation 9: the same sum where one reflectance is the whole scene's.
 

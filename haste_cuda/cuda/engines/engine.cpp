@@ -1,7 +1,5 @@
 #include "cuda/engines/engine.h"
 
-#include <stdexcept>
-
 #include "cuda/engines/depth_first.h"
 #include "cuda/engines/layers.h"
 #include "cuda/engines/packets.h"

@@ -18,7 +18,7 @@ struct EngineRequest {
     KernelSpecification kernel;
     Schedule schedule;
     RayTree tree;
-    u32 most_shadow_rays;  ///< that the shading of one ray can ask for
+    u64 most_shadow_rays;  ///< that the shading of one ray can ask for
 };
 
 /// What one pass took.

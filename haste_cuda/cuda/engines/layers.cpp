@@ -1,8 +1,9 @@
 #include "cuda/engines/layers.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
+
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -17,7 +18,7 @@ LayersEngine::LayersEngine(const EngineRequest& request)
 }
 
 EnginePass LayersEngine::run(const RenderParams& pass) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const u64 camera_rays = pass.range.count(pass.scene.camera);
     u64 peak = 0;
     const auto note_peak = [&] {
@@ -45,8 +46,7 @@ EnginePass LayersEngine::run(const RenderParams& pass) {
             if (waiting_[deepest + 1] > 0) ++deepest;
         }
     }
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    return {elapsed.count(), peak * sizeof(Ray<float>)};
+    return {watch.seconds(), peak * sizeof(Ray<float>)};
 }
 
 void LayersEngine::trace(const PacketParams& slice, std::size_t generation) {

@@ -1,8 +1,7 @@
 #include "cuda/engines/packets.h"
 
-#include <chrono>
-
 #include "engine/ray_queue.h"
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -18,7 +17,7 @@ PacketsEngine::PacketsEngine(const EngineRequest& request)
 }
 
 EnginePass PacketsEngine::run(const RenderParams& pass) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     RayQueue queue(pass.scene.camera, pass.range, request_.tree, request_.schedule);
     for (;;) {
         const u64 size = queue.pop_packet({packet_.get(), request_.schedule.packet});
@@ -34,8 +33,7 @@ EnginePass PacketsEngine::run(const RenderParams& pass) {
         queue.push({children_.get(), spawned});
     }
     request_.stream.synchronize();
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    return {elapsed.count(), queue.peak_bytes()};
+    return {watch.seconds(), queue.peak_bytes()};
 }
 
 u64 PacketsEngine::trace(const RenderParams& pass, std::span<const Ray<float>> packet,

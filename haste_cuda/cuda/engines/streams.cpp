@@ -1,8 +1,9 @@
 #include "cuda/engines/streams.h"
 
 #include <algorithm>
-#include <chrono>
 #include <thread>
+
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -33,7 +34,7 @@ StreamsEngine::StreamsEngine(const EngineRequest& request)
 }
 
 EnginePass StreamsEngine::run(const RenderParams& pass) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     camera_rays_ = pass.range.count(pass.scene.camera);
     next_camera_ray_ = 0;
     peak_rays_ = 0;
@@ -46,8 +47,7 @@ EnginePass StreamsEngine::run(const RenderParams& pass) {
         if (under_way_ == 0) break;
         std::this_thread::yield();
     }
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    return {elapsed.count(), peak_rays_ * sizeof(Ray<float>)};
+    return {watch.seconds(), peak_rays_ * sizeof(Ray<float>)};
 }
 
 bool StreamsEngine::launch(const RenderParams& pass, Lane& lane) {

@@ -78,29 +78,10 @@ __device__ inline void add_counts(RayCounts* total, const RayCounts& rays) {
     if (rays.bounce) atomicAdd(&total->bounce, rays.bounce);
 }
 
-/// Receives what a model sends out while a ray is shaded: light is added up in registers,
-/// visibility is settled at once, children go to `children`, which has a function `push`.
+/// What a kernel hands to its model.
 template <class C, class Children>
-struct TraceOut {
-    using Real = typename C::Real;
-
-    const typename C::Intersector& intersector;
-    const FixedPoint& format;
-    typename C::Sum& sum;
-    RayCounts& counts;
-    Children& children;
-
-    __device__ void radiance(const Ray<Real>&, const Vec3<Real>& value, u32 rounding) {
-        sum.add(format, value, rounding);
-    }
-
-    __device__ void shadow(const ShadowRay<Real>& ray) {
-        if constexpr (C::count) ++counts.shadow;
-        if (!intersector.occluded(ray)) sum.add(format, ray.value, ray.rounding);
-    }
-
-    __device__ void child(const Ray<Real>& ray) { children.push(ray); }
-};
+using KernelTraceOut =
+    TraceOut<C::count, typename C::Real, typename C::Intersector, typename C::Sum, Children>;
 
 /// A list of rays in device memory, written without gaps.
 template <class C>

@@ -136,15 +136,14 @@ __device__ void persistent(const PersistentParams& parameters) {
             const Ray<float> ray = own.ray;
             own.full = false;
             light.turn_to(render.film, ray.pixel);
-            if constexpr (C::count) rays.count(ray);
             if constexpr (tree) {
-                FirstChild children{own, queue};
-                TraceOut<C, FirstChild> out{intersector, render.film.format, light.sum, rays,
-                                            children};
-                trace_and_shade(model, intersector, ray, out);
+                KernelTraceOut<C, FirstChild> out{
+                    intersector, render.film.format, light.sum, rays, {own, queue}};
+                out.trace(model, ray);
             } else {
-                TraceOut<C, OneRay> out{intersector, render.film.format, light.sum, rays, own};
-                trace_and_shade(model, intersector, ray, out);
+                KernelTraceOut<C, OneRay&> out{intersector, render.film.format, light.sum, rays,
+                                               own};
+                out.trace(model, ray);
             }
         }
         __syncwarp();
