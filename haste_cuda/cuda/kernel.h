@@ -18,7 +18,6 @@ namespace haste::cuda {
 struct Launch {
     std::size_t blocks = 0;
     int threads = 0;  ///< of a block
-    std::size_t dynamic_shared_bytes = 0;
 
     /// Enough blocks for one thread an item.
     [[nodiscard]] static Launch for_items(std::size_t items, int threads) {
@@ -31,7 +30,6 @@ struct Launch {
 struct KernelAttributes {
     int registers = 0;
     int local_bytes = 0;
-    int shared_bytes = 0;
     int max_threads_per_block = 0;
 };
 
@@ -58,23 +56,14 @@ public:
     }
 
     /// Blocks of this size that one multiprocessor can run at a time.
-    [[nodiscard]] int resident_blocks(int threads, std::size_t dynamic_shared_bytes = 0) const;
-
-    /// Allows launches with this much dynamic shared memory (beyond 48 KiB it must be asked for).
-    void allow_dynamic_shared(int bytes);
+    [[nodiscard]] int resident_blocks(int threads) const;
 
     [[nodiscard]] const std::string& name() const { return name_; }
     [[nodiscard]] const KernelAttributes& attributes() const { return attributes_; }
 
-    /// What ptxas said when the kernel was compiled.
-    [[nodiscard]] const KernelResources& resources() const { return resources_; }
-
     /// Seconds to compile it or to take it from the cache, to load it into the context included.
     [[nodiscard]] double build_seconds() const { return build_seconds_; }
     [[nodiscard]] bool cached() const { return cached_; }
-
-    /// Why the compiled kernel could not be stored for the next run; empty if all is well.
-    [[nodiscard]] const std::string& cache_problem() const { return cache_problem_; }
 
 private:
     void launch_untyped(const Launch& shape, Stream& stream, const void* parameters,
@@ -84,11 +73,9 @@ private:
     CUmodule module_ = nullptr;
     CUfunction function_ = nullptr;
     KernelAttributes attributes_;
-    KernelResources resources_;
     std::size_t parameters_size_ = 0;  ///< 0: the driver does not tell
     double build_seconds_ = 0;
     bool cached_ = false;
-    std::string cache_problem_;
 };
 
 /// The kernels of one device, each built when it is first asked for.

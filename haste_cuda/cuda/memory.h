@@ -21,8 +21,8 @@ class DeviceBuffer {
 public:
     DeviceBuffer() = default;
 
-    /// Room for `size` elements, contents undefined. Throws CudaError (`out_of_memory()`) if there
-    /// is none; the context stays usable.
+    /// Room for `size` elements, contents undefined. Throws CudaError if there is none; the context
+    /// stays usable.
     explicit DeviceBuffer(std::size_t size) : size_(size) {
         if (size > 0) {
             HASTE_CUDA_CHECK(driver().mem_alloc(&address_, bytes()),

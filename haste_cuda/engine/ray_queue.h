@@ -13,7 +13,7 @@ namespace haste {
 /// are treated the same, whatever they are for.
 class RayQueue {
 public:
-    /// `capacity` rays at most wait; see `Admission`.
+    /// At most the schedule's bytes of rays wait; see `Admission`.
     RayQueue(const Camera<float>& camera, const SampleRange& range, const RayTree& tree,
              const Schedule& schedule);
 

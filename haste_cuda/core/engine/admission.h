@@ -57,11 +57,8 @@ public:
         return plan;
     }
 
+    /// M: above it no camera ray is admitted.
     [[nodiscard]] HASTE_HD u64 mark() const { return mark_; }
-    [[nodiscard]] HASTE_HD u64 drain() const { return drain_; }
-
-    /// Most children that a packet can have.
-    [[nodiscard]] HASTE_HD u64 most_children() const { return packet_ * children_; }
 
 private:
     HASTE_HD static u64 least(u64 a, u64 b) { return a < b ? a : b; }
