@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from harness.answers import describe_answers, judge_answers
+from harness.films import describe_films, films_exit_code
 from harness.slopes import describe_slopes, judge_slopes
 from harness.statistics.bias import (
     GATE_LEVEL,
@@ -299,9 +300,12 @@ def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
         print(row.describe())
     for line in describe_slopes(slopes):
         print(line)
+    for line in describe_films(jobs):
+        print(line)
     return worst_code(
         1 if missing else exit_code(judgements),
         exit_code_of(row.verdict for row in answers),
         0 if all(row.passed for row in eye_rays) else 1,
         exit_code_of(row.verdict for row in slopes),
+        films_exit_code(jobs),
     )

@@ -122,6 +122,11 @@ class Config:
         own = self.values["tracer_settings"].get(tracer, {}).get("timing_spp", {})
         return own.get(model, self.values["timing"]["spp"][model])
 
+    def packet_sizes(self, tracer: str) -> list[int]:
+        """Sizes of the sweep of packets."""
+        least = self.values["tracer_settings"].get(tracer, {}).get("least_packet", 1)
+        return [size for size in self.values["packets"]["sizes"] if size >= least]
+
     def _convergence(self, scene: str) -> dict[str, Any]:
         own = self.values["scene_settings"].get(scene, {}).get("convergence", {})
         return self.values["convergence"] | own
@@ -183,6 +188,7 @@ def check_config(values: Mapping[str, Any]) -> Config:
     for key, names in (
         ("scene_settings", checked["scene_settings"]),
         ("packets.scenes", checked["packets"]["scenes"]),
+        ("engines.scenes", checked["engines"]["scenes"]),
     ):
         for name in names:
             if name not in known:

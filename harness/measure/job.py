@@ -18,6 +18,7 @@ from harness.measure.files import keep_only, read_json, remove_partial, write_js
 from harness.measure.model_job import ModelJob, Share
 from harness.measure.plan import (
     plan_convergence,
+    plan_engines,
     plan_packets,
     plan_seeds,
     plan_timing,
@@ -51,6 +52,7 @@ def _shares(
                 seeds=plan_seeds(config, subject),
                 convergence=plan_convergence(config, subject) if timed else [],
                 packets=plan_packets(config, subject, ready.engines) if timed else [],
+                engines=plan_engines(config, subject, ready.engines) if timed else [],
             )
         )
     return shares

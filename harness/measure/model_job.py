@@ -35,6 +35,7 @@ class Share:
     seeds: Sequence[PlannedImage]
     convergence: Sequence[PlannedImage]
     packets: Sequence[PlannedTime]
+    engines: Sequence[PlannedTime]
 
     @property
     def images(self) -> list[PlannedImage]:
@@ -44,7 +45,7 @@ class Share:
     @property
     def times(self) -> list[PlannedTime]:
         """Renders to be timed."""
-        return [*self.timing, *self.packets]
+        return [*self.timing, *self.packets, *self.engines]
 
     def left(self, folder: Path, book: TimeBook) -> "Share":
         """What an earlier run has not completed."""
@@ -62,6 +63,7 @@ class Share:
             seeds=unfinished(self.seeds),
             convergence=unfinished(self.convergence),
             packets=untimed(self.packets),
+            engines=untimed(self.engines),
         )
 
     def __len__(self) -> int:
@@ -102,6 +104,7 @@ class ModelJob:
         self._take_images([share.seeds for share in at_work], "seeds")
         self._take_images([share.convergence for share in at_work], "convergence")
         self._take_times([share.packets for share in at_work], loaded, at_work)
+        self._take_times([share.engines for share in at_work], loaded, at_work)
         return loaded
 
     def _takes_part(self, subject: Subject) -> bool:
@@ -111,7 +114,7 @@ class ModelJob:
         """Render untimed: the first renders compile and fill caches, and they count the rays."""
         subject, ready = share.subject, share.ready
         first = (*share.times, *share.images)[0].request
-        # The plain engine renders what the packets render, so that their films can be compared.
+        # The plain engine renders what the sweeps render, so that their films can be compared.
         plain = [replace(time.request, engine=ready.engines[0], options={}) for time in share.times]
         requests = [*plain, *(time.request for time in share.times)]
         seconds: list[float] = []

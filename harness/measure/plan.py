@@ -13,6 +13,10 @@ from harness.measure.provenance import tracer_code
 from harness.scene import RenderSettings, Scene
 
 Planned = TypeVar("Planned")
+Case = dict[str, object]
+
+QUEUES = frozenset({"packets", "streams", "layers", "wavefront"})
+"""Engines that take rays in packets of a size that is set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +122,9 @@ def plan_packets(config: Config, subject: Subject, engines: Sequence[str]) -> li
     if "packets" not in engines or not swept:
         return []
     cases = [
-        {"packet": size, "order": order} for size in sweep["sizes"] for order in sweep["orders"]
+        {"packet": size, "order": order}
+        for size in config.packet_sizes(subject.tracer)
+        for order in sweep["orders"]
     ]
     return [
         PlannedTime(
@@ -126,6 +132,36 @@ def plan_packets(config: Config, subject: Subject, engines: Sequence[str]) -> li
         )
         for repeat in range(sweep["repeats"])
         for case in cases
+    ]
+
+
+def _engine_cases(engine: str, engines: Sequence[str], packets: Sequence[int]) -> list[Case]:
+    """What one engine is swept with: its packet sizes, and where device memory is allocated."""
+    sizes: list[Case] = [{"packet": size} for size in packets] if engine in QUEUES else [{}]
+    # Where there are streams there is a device, whose memory the paper allocates for each packet.
+    if engine == "packets" and "streams" in engines:
+        kinds: list[Case] = [{"allocation": "per_packet"}, {"allocation": "once"}]
+    else:
+        kinds = [{}]
+    # The case of an engine is never empty, for times without one are a tracer's own.
+    return [{"accumulation": "flat", **size, **kind} for kind in kinds for size in sizes]
+
+
+def plan_engines(config: Config, subject: Subject, engines: Sequence[str]) -> list[PlannedTime]:
+    """List the sweep of engines: each of them once before any of them again."""
+    sweep = config["engines"]
+    swept = subject.scene in sweep["scenes"] and subject.model in sweep["models"]
+    if len(engines) < 2 or not swept:
+        return []
+    requests = [
+        Render(seed=0, spp=sweep["spp"], engine=engine, options=case)
+        for engine in engines
+        for case in _engine_cases(engine, engines, sweep["packets"])
+    ]
+    return [
+        PlannedTime(subject, request, repeat)
+        for repeat in range(sweep["repeats"])
+        for request in requests
     ]
 
 

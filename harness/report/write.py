@@ -18,6 +18,7 @@ from harness.report.answers_table import answers_table
 from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
+from harness.report.ladder import find_rungs, ladder_table, plot_ladder
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -142,6 +143,7 @@ def write_report(results_dir: Path) -> Path:
         )
         for job in jobs
     ]
+    rungs = find_rungs(measurements, jobs)
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent, jobs),
@@ -149,6 +151,7 @@ def write_report(results_dir: Path) -> Path:
         "speed": speed_table(measurements, jobs),
         "errors": error_table(measurements, pictured),
         "sweep": packets_table(measurements, jobs),
+        "engines": ladder_table(rungs),
         "times": times_table(measurements, jobs),
         "eye_rays": eye_rays_table(jobs),
     }
@@ -179,6 +182,7 @@ def write_report(results_dir: Path) -> Path:
         captions=captions,
         convergence=[figure for figure in convergence if figure],
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
+        ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),

@@ -133,7 +133,7 @@ class Tracer(ABC):
         engine
             One of `engines`.
         options
-            The engine's settings: ``packet``, ``order``, ``block``.
+            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``.
         count_rays
             Count rays, which may cost time; never set in a timed render.
         """

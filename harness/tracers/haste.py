@@ -168,7 +168,7 @@ class _HasteTracer(Tracer):
             image=answer["film"],
             seconds=float(answer["seconds"]),
             rays=rays,
-            film_sha256=str(answer["film_sha256"]),
+            film_sha256=answer["film_sha256"],
             extras={name: float(answer[name]) for name in names if name in answer},
         )
 
@@ -205,7 +205,7 @@ class HasteCpu(_HasteTracer):
     """The core compiled for the CPU, on its own BVH."""
 
     name: ClassVar[str] = "haste-cpu"
-    engines: ClassVar[tuple[str, ...]] = ("depth_first", "packets")
+    engines: ClassVar[tuple[str, ...]] = ("depth_first", "packets", "layers")
 
 
 class Embree(_HasteTracer):
@@ -235,6 +235,10 @@ class HasteCuda(_HasteTracer):
     """The core compiled at run time for the GPU."""
 
     name: ClassVar[str] = "haste-cuda"
+    engines: ClassVar[tuple[str, ...]] = (
+        *("depth_first", "packets", "streams"),
+        *("layers", "wavefront", "persistent"),
+    )
 
     @classmethod
     def unavailable(cls) -> str | None:

@@ -5,10 +5,8 @@
 #else
 #include <embree3/rtcore.h>
 #endif
-#include <tbb/global_control.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -16,6 +14,8 @@
 #include <stdexcept>
 
 #include "accel/sha256.h"
+#include "host/stopwatch.h"
+#include "host/thread_limit.h"
 
 namespace haste {
 
@@ -52,12 +52,8 @@ public:
         : arrays_(arrays), triangles_(arrays.triangle_shape.size()) {}
 
     BuiltBvh build(int threads) {
-        const auto start = std::chrono::steady_clock::now();
-        std::unique_ptr<tbb::global_control> limit;
-        if (threads > 0) {
-            limit = std::make_unique<tbb::global_control>(
-                tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-        }
+        const Stopwatch watch;
+        const ThreadLimit limit(threads);
         const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(
             rtcNewDevice(nullptr), rtcReleaseDevice);
         if (!device) throw std::runtime_error("Embree cannot make a device");
@@ -114,8 +110,7 @@ public:
                                      std::to_string(int(rtcGetDeviceError(device.get()))));
         }
         lay_out(*root);
-        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-        return finish(elapsed.count());
+        return finish(watch.seconds());
     }
 
 private:

@@ -175,4 +175,19 @@ FixedPoint HostScene::film_format(const Settings<float>& settings) const {
     return {std::ilogb(brightest) + 1 + head_room_bits - FixedPoint::range_bits};
 }
 
+double HostScene::common_reflectance() const {
+    double sum = 0;
+    int constants = 0;
+    for (const Material<float>& material : arrays_.materials) {
+        const bool dielectric = material.kind == MaterialKind::dielectric;
+        for (const float constant :
+             {dielectric ? 1.0f : material.reflection, dielectric ? 0.0f : material.transmission}) {
+            if (constant == 0.0f) continue;
+            sum += double(constant);
+            ++constants;
+        }
+    }
+    return constants == 0 ? 0.0 : sum / constants;
+}
+
 }  // namespace haste

@@ -57,6 +57,10 @@ public:
     /// The film's unit: 2^10 of head-room over the brightest emitter.
     [[nodiscard]] FixedPoint film_format(const Settings<float>& settings) const;
 
+    /// The R of equation 8, one a scene: the mean of its reflection and transmission constants, a
+    /// dielectric's taken for 1; 0 where nothing reflects.
+    [[nodiscard]] double common_reflectance() const;
+
 private:
     void validate() const;
     void complete_lights();

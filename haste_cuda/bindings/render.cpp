@@ -1,5 +1,4 @@
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
@@ -7,8 +6,10 @@
 #include <map>
 #include <stdexcept>
 
+#include "bindings/arrays.h"
 #include "bindings/bindings.h"
 #include "cpu/render.h"
+#include "engine/schedule.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -16,13 +17,13 @@ using namespace nb::literals;
 namespace haste {
 
 nb::dict to_dict(RenderOutput output, const Camera<float>& camera) {
-    auto* data = new std::vector<double>(std::move(output.mean));
-    const nb::capsule owner(data,
-                            [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
     nb::dict result;
-    result["film"] =
-        nb::ndarray<nb::numpy, double>(data->data(), {camera.height, camera.width, 3}, owner);
-    result["film_sha256"] = output.film_sha256;
+    result["film"] = to_numpy(std::move(output.mean), {camera.height, camera.width, 3});
+    if (output.film_sha256.empty()) {
+        result["film_sha256"] = nb::none();
+    } else {
+        result["film_sha256"] = output.film_sha256;
+    }
     result["seconds"] = output.seconds;
     result["camera"] = output.rays.camera;
     result["shadow"] = output.rays.shadow;
@@ -63,25 +64,39 @@ Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 l
             0};
 }
 
+QueueOrder queue_order(const std::string& name) {
+    return choose<QueueOrder>("order", name,
+                              {{"fifo", QueueOrder::fifo}, {"lifo", QueueOrder::lifo}});
+}
+
+Accumulation accumulation_kind(const std::string& name) {
+    return choose<Accumulation>(
+        "accumulation", name,
+        {{"flat", Accumulation::flat}, {"layer_weighted", Accumulation::layer_weighted}});
+}
+
 nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<float> settings,
                        u32 seed, u32 samples, const std::string& engine,
                        const std::string& intersector, u64 packet, const std::string& order,
-                       int threads, bool count_rays, u32 pass_samples) {
+                       u64 queue_bytes, const std::string& accumulation, int threads,
+                       bool count_rays, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
-    schedule.engine = choose<EngineKind>(
-        "engine", engine,
-        {{"depth_first", EngineKind::depth_first}, {"packets", EngineKind::packets}});
+    schedule.engine = choose<EngineKind>("engine", engine,
+                                         {{"depth_first", EngineKind::depth_first},
+                                          {"packets", EngineKind::packets},
+                                          {"layers", EngineKind::layers}});
     schedule.intersector = choose<IntersectorKind>(
         "intersector", intersector,
         {{"haste", IntersectorKind::haste}, {"embree", IntersectorKind::embree}});
-    schedule.order = choose<QueueOrder>("order", order,
-                                        {{"fifo", QueueOrder::fifo}, {"lifo", QueueOrder::lifo}});
     if (schedule.intersector == IntersectorKind::embree &&
         schedule.engine != EngineKind::depth_first) {
         throw std::invalid_argument("the intersector embree runs with the engine depth_first only");
     }
     schedule.packet = packet;
+    schedule.order = queue_order(order);
+    schedule.queue_bytes = queue_bytes;
+    schedule.accumulation = accumulation_kind(accumulation);
     schedule.threads = threads;
     schedule.count_rays = count_rays;
     schedule.pass_samples = pass_samples;
@@ -97,18 +112,38 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
 }
 
 nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<float> settings,
-                        u32 seed, u32 samples, const std::string& engine, int block,
-                        bool count_rays, u32 pass_samples) {
+                        u32 seed, u32 samples, const std::string& engine, u64 packet,
+                        const std::string& order, const std::string& allocation, u64 queue_bytes,
+                        u32 streams, const std::string& film, const std::string& accumulation,
+                        int block, bool count_rays, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
-    if (engine != "depth_first") {
-        throw std::invalid_argument("haste-cuda has the engine depth_first, not " + engine);
-    }
+    Schedule schedule;
+    schedule.engine = choose<EngineKind>("engine", engine,
+                                         {{"depth_first", EngineKind::depth_first},
+                                          {"packets", EngineKind::packets},
+                                          {"streams", EngineKind::streams},
+                                          {"layers", EngineKind::layers},
+                                          {"wavefront", EngineKind::wavefront},
+                                          {"persistent", EngineKind::persistent}});
+    schedule.packet = packet;
+    schedule.order = queue_order(order);
+    schedule.allocation =
+        choose<Allocation>("allocation", allocation,
+                           {{"per_packet", Allocation::per_packet}, {"once", Allocation::once}});
+    schedule.queue_bytes = queue_bytes;
+    schedule.streams = streams;
+    schedule.film = choose<FilmKind>(
+        "film", film, {{"int64", FilmKind::int64}, {"float_atomic", FilmKind::float_atomic}});
+    schedule.accumulation = accumulation_kind(accumulation);
+    schedule.block = block;
+    schedule.count_rays = count_rays;
+    schedule.pass_samples = pass_samples;
     settings.seed = seed;
     cuda::CudaOutput output;
     {
         const nb::gil_scoped_release release;
         output = cuda::Renderer::instance().render(scene.host(), scene.device(), kind, settings,
-                                                   samples, {block, count_rays, pass_samples});
+                                                   samples, schedule);
     }
     nb::dict result = to_dict(std::move(output.render), scene.host().arrays().camera);
     result["compile_seconds"] = output.compile_seconds;
@@ -123,6 +158,10 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
 }  // namespace
 
 void bind_render(nb::module_& module) {
+    constexpr u64 default_packet = Schedule{}.packet;
+    constexpr u64 default_queue_bytes = Schedule{}.queue_bytes;
+    // A GPU needs some hundred thousand rays to be full.
+    constexpr u64 default_device_packet = u64(1) << 20;
     nb::exception<FilmOverflow>(module, "FilmOverflow", PyExc_OverflowError);
     nb::class_<Settings<float>>(module, "Settings", "Render settings: never properties of a scene.")
         .def(nb::new_(&make_settings), nb::kw_only(), "max_depth"_a = 8, "rr_depth"_a = 5,
@@ -130,20 +169,24 @@ void bind_render(nb::module_& module) {
              "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f});
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
-               "packet"_a = 65536, "order"_a = "fifo", "threads"_a = 0, "count_rays"_a = false,
-               "pass_samples"_a = FixedPoint::max_pass_samples,
+               "packet"_a = default_packet, "order"_a = "fifo",
+               "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat", "threads"_a = 0,
+               "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
                "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
                "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
                "peak_queue_bytes, non_finite. Raises ValueError on settings that make no sense and "
                "FilmOverflow naming the pixel.");
     module.def(
         "render_cuda", &render_on_cuda, "scene"_a, "model"_a, "settings"_a, nb::kw_only(), "seed"_a,
-        "samples"_a, "engine"_a = "depth_first", "block"_a = 128, "count_rays"_a = false,
-        "pass_samples"_a = FixedPoint::max_pass_samples,
-        "Renders on the GPU with the engine depth_first. Returns the dict of render_cpu (seconds "
-        "by the device's clock) with compile_seconds, compile_cached, upload_seconds (bytes and "
-        "seconds of the kernel and the scene), registers, local_bytes, scene_bytes. Raises "
-        "CudaError, ValueError and FilmOverflow.");
+        "samples"_a, "engine"_a = "depth_first", "packet"_a = default_device_packet,
+        "order"_a = "fifo", "allocation"_a = "once", "queue_bytes"_a = default_queue_bytes,
+        "streams"_a = 3, "film"_a = "int64", "accumulation"_a = "flat", "block"_a = 128,
+        "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
+        "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
+        "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "
+        "the host's for the others, whose host takes part) with compile_seconds, compile_cached, "
+        "upload_seconds (of the kernels and the scene), registers, local_bytes (of the engine's "
+        "main kernel), scene_bytes. Raises CudaError, ValueError and FilmOverflow.");
 }
 
 }  // namespace haste

@@ -1,11 +1,11 @@
 #include "cpu/replay.h"
 
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
 #include <stdexcept>
 
+#include "bindings/arrays.h"
 #include "bindings/bindings.h"
 
 namespace nb = nanobind;
@@ -14,11 +14,6 @@ using namespace nb::literals;
 namespace haste {
 
 namespace {
-
-template <class T, class... Shape>
-using Array = nb::ndarray<const T, Shape..., nb::c_contig, nb::device::cpu>;
-using Points = Array<float, nb::shape<-1, 3>>;
-using Reals = Array<float, nb::ndim<1>>;
 
 std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& directions,
                                           const Reals& t_min, const Reals& t_max) {
@@ -31,33 +26,24 @@ std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& d
     }
     std::vector<RayQuery<float>> queries(n);
     for (std::size_t i = 0; i < n; ++i) {
-        queries[i] = {{origins(i, 0), origins(i, 1), origins(i, 2)},
-                      t_min(i),
-                      {directions(i, 0), directions(i, 1), directions(i, 2)},
-                      t_max(i)};
+        queries[i] = {point(origins, i), t_min(i), point(directions, i), t_max(i)};
     }
     return queries;
 }
 
-template <class T>
-nb::ndarray<nb::numpy, T> to_numpy(std::vector<T> values) {
-    auto* data = new std::vector<T>(std::move(values));
-    const nb::capsule owner(data, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::ndarray<nb::numpy, T>(data->data(), {data->size()}, owner);
-}
-
 nb::dict to_dict(const ReplayOutput& output) {
+    const std::size_t n = output.hits.size();
     std::vector<float> t;
     std::vector<u32> primitive;
-    t.reserve(output.hits.size());
-    primitive.reserve(output.hits.size());
+    t.reserve(n);
+    primitive.reserve(n);
     for (const QueryHit<float>& hit : output.hits) {
         t.push_back(hit.t);
         primitive.push_back(hit.primitive);
     }
     nb::dict result;
-    result["t"] = to_numpy(std::move(t));
-    result["primitive"] = to_numpy(std::move(primitive));
+    result["t"] = to_numpy(std::move(t), {n});
+    result["primitive"] = to_numpy(std::move(primitive), {n});
     result["seconds"] = output.seconds;
     return result;
 }

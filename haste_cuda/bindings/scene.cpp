@@ -1,5 +1,4 @@
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -10,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bindings/arrays.h"
 #include "bindings/bindings.h"
 
 namespace nb = nanobind;
@@ -21,10 +21,6 @@ namespace {
 
 using Rgb = std::array<float, 3>;
 using Point = std::array<double, 3>;
-template <class T, class... Shape>
-using Array = nb::ndarray<const T, Shape..., nb::c_contig, nb::device::cpu>;
-using Points = Array<float, nb::shape<-1, 3>>;
-using Indices = Array<u32, nb::ndim<1>>;
 
 Vec3f vec(const Rgb& v) { return {v[0], v[1], v[2]}; }
 Vec3f vec(const Point& v) { return {float(v[0]), float(v[1]), float(v[2])}; }

@@ -1,5 +1,4 @@
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -10,8 +9,10 @@
 #include <tuple>
 #include <utility>
 
+#include "bindings/arrays.h"
 #include "bindings/bindings.h"
 #include "core/accel/bvh2_intersector.h"
+#include "core/engine/admission.h"
 #include "core/geometry/surface.h"
 #include "core/model/phong_bsdf.h"
 #include "core/precision.h"
@@ -25,22 +26,6 @@ namespace haste {
 
 namespace {
 
-template <class T, class... Shape>
-using Array = nb::ndarray<const T, Shape..., nb::c_contig, nb::device::cpu>;
-using Points = Array<float, nb::shape<-1, 3>>;
-using Reals = Array<float, nb::ndim<1>>;
-using Words = Array<u32, nb::ndim<1>>;
-
-/// A numpy array that owns `values`.
-template <class T>
-nb::object numpy(std::vector<T> values, std::initializer_list<std::size_t> shape) {
-    auto* data = new std::vector<T>(std::move(values));
-    const nb::capsule owner(data, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, T>(data->data(), shape, owner));
-}
-
-Vec3f point(const Points& array, std::size_t i) { return {array(i, 0), array(i, 1), array(i, 2)}; }
-
 void require_same(std::size_t a, std::size_t b) {
     if (a != b) throw std::invalid_argument("arrays differ in length");
 }
@@ -48,7 +33,7 @@ void require_same(std::size_t a, std::size_t b) {
 nb::object points_to_numpy(const std::vector<Vec3f>& points) {
     std::vector<float> flat;
     for (const Vec3f& p : points) flat.insert(flat.end(), {p.x, p.y, p.z});
-    return numpy(std::move(flat), {points.size(), 3});
+    return to_numpy(std::move(flat), {points.size(), 3});
 }
 
 nb::object philox(const std::array<u32, 4>& counter, const std::array<u32, 2>& key) {
@@ -63,7 +48,7 @@ nb::object sin_cos(const Reals& turns) {
         const SinCos<float> value = sin_cos_of_turn(turns(i));
         flat.insert(flat.end(), {value.sine, value.cosine});
     }
-    return numpy(std::move(flat), {turns.size(), 2});
+    return to_numpy(std::move(flat), {turns.size(), 2});
 }
 
 Vec3f warp(const std::string& name, float u, float v, float w, float parameter) {
@@ -96,7 +81,7 @@ nb::object convert(const Reals& values, int exponent, u32 rounding) {
         status[i] = FixedPoint{exponent}.convert(values(i), rounding, units[i]);
     }
     const std::size_t n = values.size();
-    return nb::make_tuple(numpy(std::move(units), {n}), numpy(std::move(status), {n}));
+    return nb::make_tuple(to_numpy(std::move(units), {n}), to_numpy(std::move(status), {n}));
 }
 
 Ray<float> bare_ray(const Vec3f& origin, const Vec3f& direction) {
@@ -126,8 +111,8 @@ nb::object closest(SceneHandle& scene, const Points& origins, const Points& dire
         b[2 * i + 1] = hit.b2;
         primitive[i] = hit.primitive;
     }
-    return nb::make_tuple(numpy(std::move(t), {n}), numpy(std::move(b), {n, 2}),
-                          numpy(std::move(primitive), {n}));
+    return nb::make_tuple(to_numpy(std::move(t), {n}), to_numpy(std::move(b), {n, 2}),
+                          to_numpy(std::move(primitive), {n}));
 }
 
 nb::object occluded(SceneHandle& scene, const Points& origins, const Points& directions,
@@ -146,7 +131,7 @@ nb::object occluded(SceneHandle& scene, const Points& origins, const Points& dir
         ray.owner = owner;
         blocked[i] = embree != nullptr ? embree->occluded(ray) : ours.occluded(ray);
     }
-    return numpy(std::move(blocked), {n});
+    return to_numpy(std::move(blocked), {n});
 }
 
 /// Points just hit, and where rays spawned there towards `next` start.
@@ -191,7 +176,7 @@ nb::object bsdf_sample(const Material<float>& material, const std::array<float, 
         delta[i] = sample.delta;
     }
     return nb::make_tuple(points_to_numpy(directions), points_to_numpy(weights),
-                          numpy(std::move(pdf), {n}), numpy(std::move(delta), {n}));
+                          to_numpy(std::move(pdf), {n}), to_numpy(std::move(delta), {n}));
 }
 
 nb::object bsdf_evaluate(const Material<float>& material, const std::array<float, 3>& view,
@@ -205,7 +190,18 @@ nb::object bsdf_evaluate(const Material<float>& material, const std::array<float
         pdf.push_back(value.pdf);
     }
     const std::size_t n = pdf.size();
-    return nb::make_tuple(points_to_numpy(values), numpy(std::move(pdf), {n}));
+    return nb::make_tuple(points_to_numpy(values), to_numpy(std::move(pdf), {n}));
+}
+
+nb::object lifo_need(u32 generations, u32 children) {
+    return nb::int_(RayTree{generations, children}.lifo_need());
+}
+
+nb::object next_packet(const std::array<u32, 2>& tree, u64 capacity, u64 packet, u64 pending,
+                       u64 unborn) {
+    const Admission admission({tree[0], tree[1]}, capacity, packet);
+    const PacketPlan plan = admission.next(pending, unborn);
+    return nb::make_tuple(plan.pending, plan.born, plan.lifo);
 }
 
 nb::dict render_planted_reading(SceneHandle& scene, Settings<float> settings, u32 seed, u32 samples,
@@ -236,6 +232,9 @@ void bind_testing(nb::module_& parent) {
     module.def("spawn", &spawn, "scene"_a, "origins"_a, "directions"_a, "next"_a);
     module.def("bsdf_sample", &bsdf_sample, "material"_a, "view"_a, "numbers"_a);
     module.def("bsdf_evaluate", &bsdf_evaluate, "material"_a, "view"_a, "directions"_a);
+    module.def("lifo_need", &lifo_need, "generations"_a, "children"_a);
+    module.def("next_packet", &next_packet, "tree"_a, "capacity"_a, "packet"_a, "pending"_a,
+               "unborn"_a);
     module.def("render_planted", &render_planted_reading, "scene"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "reading"_a, "threads"_a = 0);
 }

@@ -32,6 +32,20 @@ HASTE_HD inline double fma(double a, double b, double c) { return ::fma(a, b, c)
 HASTE_HD inline float square_root(float x) { return ::sqrtf(x); }
 HASTE_HD inline double square_root(double x) { return ::sqrt(x); }
 
+/// The lesser and the greater; `b`, which must be a number, where `a` is none. One instruction on
+/// either side, for a comparison and a choice would be two on the GPU.
+#if defined(__CUDA_ARCH__)
+HASTE_HD inline float number_minimum(float a, float b) { return ::fminf(a, b); }
+HASTE_HD inline float number_maximum(float a, float b) { return ::fmaxf(a, b); }
+HASTE_HD inline double number_minimum(double a, double b) { return ::fmin(a, b); }
+HASTE_HD inline double number_maximum(double a, double b) { return ::fmax(a, b); }
+#else
+HASTE_HD inline float number_minimum(float a, float b) { return a < b ? a : b; }
+HASTE_HD inline float number_maximum(float a, float b) { return a > b ? a : b; }
+HASTE_HD inline double number_minimum(double a, double b) { return a < b ? a : b; }
+HASTE_HD inline double number_maximum(double a, double b) { return a > b ? a : b; }
+#endif
+
 /// Elementary functions of the platform: within 2 ulp, not equal bit for bit across platforms.
 HASTE_HD inline float exponential(float x) { return ::expf(x); }
 HASTE_HD inline double exponential(double x) { return ::exp(x); }

@@ -5,17 +5,10 @@
 #include <tbb/parallel_for.h>
 
 #include "core/engine/depth_first.h"
+#include "core/sampling/camera_ray.h"
 #include "cpu/render.h"
 
 namespace haste {
-
-/// The private stack's size for a model and its settings.
-template <class Model>
-u32 stack_capacity(const Settings<float>& settings) {
-    const bool tree = Model::max_children > 1;
-    return depth_first_capacity(tree ? settings.max_layers : 1, Model::max_children,
-                                tree ? settings.ambient_samples : 0);
-}
 
 /// One worker's pieces of the result.
 struct WorkerTally {
@@ -44,7 +37,7 @@ PassResult depth_first_pass(const PassRequest& request, const Model& model, cons
     result.film.sums.assign(3 * std::size_t(pixels), 0);
     tbb::enumerable_thread_specific<WorkerTally> tallies([&] {
         WorkerTally tally;
-        tally.stack.resize(stack_capacity<Model>(request.settings));
+        tally.stack.resize(request.stack_capacity);
         return tally;
     });
     constexpr u32 pixels_per_task = 16;

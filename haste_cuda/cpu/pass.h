@@ -2,20 +2,28 @@
 
 #include "core/accel/bvh2_intersector.h"
 #include "core/precision.h"
+#include "cpu/layers.h"
 #include "cpu/packets.h"
 
 namespace haste {
 
 /// Runs one pass of a model on an intersector by the engine that the schedule names.
+template <bool Count, class Model, class I>
+PassResult run_engine(const PassRequest& request, const Model& model, const I& intersector) {
+    switch (request.schedule.engine) {
+        case EngineKind::packets:
+            return packets_pass<Model, I, Count>(request, model, intersector);
+        case EngineKind::layers:
+            return layers_pass<Model, I, Count>(request, model, intersector);
+        default:
+            return depth_first_pass<Model, I, Count>(request, model, intersector);
+    }
+}
+
 template <class Model, class I>
 PassResult run_pass(const PassRequest& request, const Model& model, const I& intersector) {
-    const bool packets = request.schedule.engine == EngineKind::packets;
-    if (request.schedule.count_rays) {
-        return packets ? packets_pass<Model, I, true>(request, model, intersector)
-                       : depth_first_pass<Model, I, true>(request, model, intersector);
-    }
-    return packets ? packets_pass<Model, I, false>(request, model, intersector)
-                   : depth_first_pass<Model, I, false>(request, model, intersector);
+    return request.schedule.count_rays ? run_engine<true>(request, model, intersector)
+                                       : run_engine<false>(request, model, intersector);
 }
 
 /// On the CPU a scene's features are only {triangles, spheres, both}; the rest is decided at run

@@ -1,16 +1,14 @@
 #include "cpu/replay.h"
 
-#include <tbb/global_control.h>
-
-#include <chrono>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "core/accel/bvh2_intersector.h"
 #include "core/precision.h"
 #include "cpu/replay_loop.h"
+#include "host/stopwatch.h"
+#include "host/thread_limit.h"
 
 namespace haste {
 
@@ -26,10 +24,9 @@ bool finite(const Vec3f& v) {
 
 void run(ReplayLoop loop, const void* intersector, std::span<const RayQuery<float>> queries,
          ReplayOutput& output) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     loop(intersector, queries, output.hits);
-    output.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    output.seconds = watch.seconds();
 }
 
 template <u32 Kinds>
@@ -60,11 +57,7 @@ ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>>
                         QueryKind kind, const ReplaySchedule& schedule, const void* embree_scene) {
     if (schedule.threads < 0) throw std::invalid_argument("threads must not be negative");
     check_queries(queries);
-    std::unique_ptr<tbb::global_control> limit;
-    if (schedule.threads > 0) {
-        limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                      std::size_t(schedule.threads));
-    }
+    const ThreadLimit limit(schedule.threads);
     ReplayOutput output;
     output.hits.resize(queries.size());
     if (schedule.intersector == IntersectorKind::embree) {

@@ -87,14 +87,17 @@ Translation translation_of(const std::string& source, int architecture,
             .options = options};
 }
 
-KernelSpecification specification_of(const std::string& engine, const std::string& model,
+KernelSpecification specification_of(const std::string& kernel, const std::string& model,
                                      const std::string& precision, std::uint32_t features,
-                                     int stack_capacity, bool count_rays) {
-    return {.engine = engine,
+                                     int stack_capacity, const std::string& film, bool layered,
+                                     bool count_rays) {
+    return {.kernel = kernel,
             .model = model,
             .precision = precision,
             .features = features,
             .stack_capacity = stack_capacity,
+            .film = film,
+            .layered = layered,
             .count_rays = count_rays};
 }
 
@@ -133,31 +136,33 @@ void bind_compiler(nb::module_& module) {
                "The NVRTC library in use. Raises CompileError without it.");
     module.def("nvrtc_architectures", &nvrtc_architectures,
                "Architectures NVRTC can compile for, 10 * major + minor, ascending.");
+    module.def("kernel_names", &kernel_names, "The kernels of the engines.");
     module.def("kernel_models", &kernel_models, "Models that have kernels.");
-    module.def("kernel_engines", &kernel_engines, "Engines that have kernels.");
     module.def("kernel_precisions", &kernel_precisions, "Precisions that have kernels.");
+    module.def("kernel_films", &kernel_films, "Films that have kernels.");
     module.def(
         "kernel_source",
-        [](const std::string& engine, const std::string& model, const std::string& precision,
-           std::uint32_t features, int stack_capacity, bool count_rays) {
-            return kernel_source(
-                specification_of(engine, model, precision, features, stack_capacity, count_rays));
+        [](const std::string& kernel, const std::string& model, const std::string& precision,
+           std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
+           bool count_rays) {
+            return kernel_source(specification_of(kernel, model, precision, features,
+                                                  stack_capacity, film, layered, count_rays));
         },
-        "engine"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a,
-        "count_rays"_a = false,
+        "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
+        "film"_a = "int64", "layered"_a = false, "count_rays"_a = false,
         "The translation unit of a kernel. Raises ValueError naming what is unknown.");
     module.def(
         "compile_kernel",
-        [](const std::string& engine, const std::string& model, const std::string& precision,
-           std::uint32_t features, int stack_capacity, bool count_rays, int architecture,
-           bool use_cache) {
-            return build(kernel_translation(specification_of(engine, model, precision, features,
-                                                             stack_capacity, count_rays),
-                                            architecture),
-                         use_cache);
+        [](const std::string& kernel, const std::string& model, const std::string& precision,
+           std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
+           bool count_rays, int architecture, bool use_cache) {
+            const KernelSpecification specification = specification_of(
+                kernel, model, precision, features, stack_capacity, film, layered, count_rays);
+            return build(kernel_translation(specification, architecture), use_cache);
         },
-        "engine"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a,
-        "count_rays"_a = false, nb::kw_only(), "architecture"_a, "use_cache"_a = true,
+        "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
+        "film"_a = "int64", "layered"_a = false, "count_rays"_a = false, nb::kw_only(),
+        "architecture"_a, "use_cache"_a = true,
         "Compiles a kernel for an architecture (90 is sm_90); no GPU is needed. See "
         "compile_source.");
     module.def(

@@ -34,7 +34,7 @@ void throw_error(CUresult result, const char* expression, const char* file, int 
     if (!subject.empty()) {
         message.append(" [").append(subject).append("]");
     }
-    throw CudaError(message.append(": ").append(error_text(result)), result);
+    throw CudaError(message.append(": ").append(error_text(result)));
 }
 
 void report(CUresult result, const char* expression) noexcept {

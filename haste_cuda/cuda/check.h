@@ -10,18 +10,7 @@ namespace haste::cuda {
 /// A failed call of the CUDA driver. The message names file, line, expression, the driver's name
 /// for the error and its text.
 class CudaError : public std::runtime_error {
-public:
-    explicit CudaError(const std::string& message, CUresult result = cuda_success)
-        : std::runtime_error(message), result_(result) {}
-
-    /// The driver's error code; `cuda_success` if no call was made at all.
-    [[nodiscard]] CUresult result() const { return result_; }
-
-    /// The device has no room left. The context stays usable.
-    [[nodiscard]] bool out_of_memory() const { return result_ == cuda_error_out_of_memory; }
-
-private:
-    CUresult result_;
+    using std::runtime_error::runtime_error;
 };
 
 /// Throws the CudaError of a failed call. `subject`, if there is one, says what the call was about:

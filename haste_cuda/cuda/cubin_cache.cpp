@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "accel/sha256.h"
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -165,7 +166,7 @@ std::string cache_key(const Translation& translation) {
 }
 
 CachedProgram load_or_compile(const Translation& translation, const CubinCache& cache) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     CachedProgram result;
     const std::string key = cache_key(translation);
     if (std::optional<Program> found = cache.load(key)) {
@@ -179,8 +180,7 @@ CachedProgram load_or_compile(const Translation& translation, const CubinCache& 
             result.cache_problem = error.what();
         }
     }
-    result.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.seconds = watch.seconds();
     return result;
 }
 

@@ -73,13 +73,4 @@ Device::~Device() {
 
 void Device::make_current() const { HASTE_CUDA_CHECK(driver().context_set_current(context_)); }
 
-void Device::synchronize() const { HASTE_CUDA_CHECK(driver().context_synchronize()); }
-
-std::size_t Device::free_bytes() const {
-    std::size_t free = 0;
-    std::size_t total = 0;
-    HASTE_CUDA_CHECK(driver().mem_get_info(&free, &total));
-    return free;
-}
-
 }  // namespace haste::cuda

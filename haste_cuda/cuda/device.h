@@ -38,13 +38,7 @@ public:
     /// Makes the context current to the calling thread. Every thread that calls CUDA needs this.
     void make_current() const;
 
-    /// Waits until the device has finished all work.
-    void synchronize() const;
-
     [[nodiscard]] const DeviceInfo& info() const { return info_; }
-
-    /// Bytes of device memory that are free at this moment, also for other processes.
-    [[nodiscard]] std::size_t free_bytes() const;
 
 private:
     CUdevice device_ = 0;

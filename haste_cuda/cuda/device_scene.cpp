@@ -1,11 +1,11 @@
 #include "cuda/device_scene.h"
 
-#include <chrono>
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
 DeviceScene::DeviceScene(const HostScene& scene) : view_(scene.view()) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const auto upload = [this]<class T>(const std::vector<T>& host, DeviceBuffer<T>& buffer,
                                         const T*& pointer) {
         buffer = DeviceBuffer<T>(std::span<const T>(host));
@@ -26,8 +26,7 @@ DeviceScene::DeviceScene(const HostScene& scene) : view_(scene.view()) {
     upload(arrays.materials, materials_, view_.materials);
     upload(arrays.lights, lights_, view_.lights);
     upload(scene.light_cdf(), light_cdf_, view_.light_cdf);
-    upload_seconds_ =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    upload_seconds_ = watch.seconds();
 }
 
 }  // namespace haste::cuda

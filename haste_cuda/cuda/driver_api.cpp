@@ -37,15 +37,12 @@ std::optional<std::string> find_entry_points(const SharedLibrary& library, Drive
     find("cuDevicePrimaryCtxRetain", api.primary_context_retain);
     find("cuDevicePrimaryCtxRelease_v2", api.primary_context_release);
     find("cuCtxSetCurrent", api.context_set_current);
-    find("cuCtxSynchronize", api.context_synchronize);
     find("cuModuleLoadData", api.module_load_data);
     find("cuModuleUnload", api.module_unload);
     find("cuModuleGetFunction", api.module_get_function);
     find("cuFuncGetAttribute", api.function_get_attribute);
-    find("cuFuncSetAttribute", api.function_set_attribute);
     find("cuOccupancyMaxActiveBlocksPerMultiprocessor", api.occupancy_max_active_blocks);
     find("cuLaunchKernel", api.launch_kernel);
-    find("cuMemGetInfo_v2", api.mem_get_info);
     find("cuMemAlloc_v2", api.mem_alloc);
     find("cuMemFree_v2", api.mem_free);
     find("cuMemHostAlloc", api.mem_host_alloc);
@@ -54,17 +51,14 @@ std::optional<std::string> find_entry_points(const SharedLibrary& library, Drive
     find("cuMemcpyDtoH_v2", api.memcpy_device_to_host);
     find("cuMemcpyHtoDAsync_v2", api.memcpy_host_to_device_async);
     find("cuMemcpyDtoHAsync_v2", api.memcpy_device_to_host_async);
-    find("cuMemsetD8_v2", api.memset_d8);
     find("cuMemsetD8Async", api.memset_d8_async);
     find("cuStreamCreate", api.stream_create);
     find("cuStreamDestroy_v2", api.stream_destroy);
     find("cuStreamSynchronize", api.stream_synchronize);
     find("cuStreamQuery", api.stream_query);
-    find("cuStreamWaitEvent", api.stream_wait_event);
     find("cuEventCreate", api.event_create);
     find("cuEventDestroy_v2", api.event_destroy);
     find("cuEventRecord", api.event_record);
-    find("cuEventQuery", api.event_query);
     find("cuEventSynchronize", api.event_synchronize);
     find("cuEventElapsedTime", api.event_elapsed_time);
     if (!library.find("cuFuncGetParamInfo", api.function_get_parameter)) {

@@ -22,15 +22,12 @@ struct CUuuid {
 
 /// The few results that the code tells apart.
 inline constexpr CUresult cuda_success = 0;
-inline constexpr CUresult cuda_error_out_of_memory = 2;
 inline constexpr CUresult cuda_error_deinitialized = 4;
 inline constexpr CUresult cuda_error_not_ready = 600;
 
 /// CUdevice_attribute.
 enum class DeviceAttribute : int {
     max_threads_per_block = 1,
-    max_shared_memory_per_block = 8,
-    warp_size = 10,
     clock_rate_khz = 13,
     multiprocessor_count = 16,
     memory_clock_rate_khz = 36,
@@ -44,18 +41,13 @@ enum class DeviceAttribute : int {
 /// CUfunction_attribute.
 enum class FunctionAttribute : int {
     max_threads_per_block = 0,
-    shared_bytes = 1,
-    constant_bytes = 2,
     local_bytes = 3,
     registers = 4,
-    max_dynamic_shared_bytes = 8,
-    preferred_shared_memory_carveout = 9,
 };
 
 /// CUstream_flags and CUevent_flags.
 inline constexpr unsigned stream_non_blocking = 1;
 inline constexpr unsigned event_default = 0;
-inline constexpr unsigned event_disable_timing = 2;
 
 /// The driver's entry points, found in libcuda.so.1 at run time. `_v2` and later symbols are used
 /// where the driver has them: those without a suffix are the 32-bit interface of CUDA 3.
@@ -75,13 +67,11 @@ struct DriverApi {
     CUresult (*primary_context_retain)(CUcontext*, CUdevice);
     CUresult (*primary_context_release)(CUdevice);
     CUresult (*context_set_current)(CUcontext);
-    CUresult (*context_synchronize)();
 
     CUresult (*module_load_data)(CUmodule*, const void* image);
     CUresult (*module_unload)(CUmodule);
     CUresult (*module_get_function)(CUfunction*, CUmodule, const char* name);
     CUresult (*function_get_attribute)(int* value, FunctionAttribute, CUfunction);
-    CUresult (*function_set_attribute)(CUfunction, FunctionAttribute, int value);
     CUresult (*occupancy_max_active_blocks)(int* blocks, CUfunction, int block_size,
                                             std::size_t dynamic_shared_bytes);
     CUresult (*launch_kernel)(CUfunction, unsigned grid_x, unsigned grid_y, unsigned grid_z,
@@ -89,7 +79,6 @@ struct DriverApi {
                               unsigned dynamic_shared_bytes, CUstream, void** parameters,
                               void** extra);
 
-    CUresult (*mem_get_info)(std::size_t* free, std::size_t* total);
     CUresult (*mem_alloc)(CUdeviceptr*, std::size_t bytes);
     CUresult (*mem_free)(CUdeviceptr);
     CUresult (*mem_host_alloc)(void**, std::size_t bytes, unsigned flags);
@@ -98,19 +87,16 @@ struct DriverApi {
     CUresult (*memcpy_device_to_host)(void*, CUdeviceptr, std::size_t bytes);
     CUresult (*memcpy_host_to_device_async)(CUdeviceptr, const void*, std::size_t bytes, CUstream);
     CUresult (*memcpy_device_to_host_async)(void*, CUdeviceptr, std::size_t bytes, CUstream);
-    CUresult (*memset_d8)(CUdeviceptr, unsigned char value, std::size_t bytes);
     CUresult (*memset_d8_async)(CUdeviceptr, unsigned char value, std::size_t bytes, CUstream);
 
     CUresult (*stream_create)(CUstream*, unsigned flags);
     CUresult (*stream_destroy)(CUstream);
     CUresult (*stream_synchronize)(CUstream);
     CUresult (*stream_query)(CUstream);
-    CUresult (*stream_wait_event)(CUstream, CUevent, unsigned flags);
 
     CUresult (*event_create)(CUevent*, unsigned flags);
     CUresult (*event_destroy)(CUevent);
     CUresult (*event_record)(CUevent, CUstream);
-    CUresult (*event_query)(CUevent);
     CUresult (*event_synchronize)(CUevent);
     CUresult (*event_elapsed_time)(float* milliseconds, CUevent start, CUevent end);
 

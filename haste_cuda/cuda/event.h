@@ -7,7 +7,7 @@
 
 namespace haste::cuda {
 
-/// A mark in a stream: for timing, and for ordering streams among each other.
+/// A mark in a stream: for timing, and for waiting until the work before it is done.
 class Event {
 public:
     Event() { HASTE_CUDA_CHECK(driver().event_create(&event_, event_default)); }
@@ -25,11 +25,6 @@ public:
     /// Sets the mark behind all work given to the stream so far.
     void record(const Stream& stream) {
         HASTE_CUDA_CHECK(driver().event_record(event_, stream.handle()));
-    }
-
-    /// Makes later work of the stream wait for the mark; the host does not wait.
-    void hold(const Stream& stream) const {
-        HASTE_CUDA_CHECK(driver().stream_wait_event(stream.handle(), event_, 0));
     }
 
     /// Makes the host wait for the mark.

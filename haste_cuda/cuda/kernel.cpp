@@ -1,10 +1,10 @@
 #include "cuda/kernel.h"
 
-#include <algorithm>
-#include <chrono>
 #include <stdexcept>
 
 #include "cuda/check.h"
+#include "cuda/nvtx.h"
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -16,54 +16,29 @@ int attribute_of(CUfunction function, FunctionAttribute which, const std::string
     return value;
 }
 
-std::string list_of(std::span<const std::size_t> sizes) {
-    std::string text;
-    for (const std::size_t size : sizes) {
-        text += (text.empty() ? "" : ", ") + std::to_string(size);
-    }
-    return "(" + text + ")";
-}
-
-/// The sizes of the kernel's parameters. The driver marks the end of the list with an error.
-std::vector<std::size_t> parameter_sizes(CUfunction function) {
-    std::vector<std::size_t> sizes;
-    std::size_t offset = 0;
-    std::size_t size = 0;
-    while (driver().function_get_parameter(function, sizes.size(), &offset, &size) ==
-           cuda_success) {
-        sizes.push_back(size);
-    }
-    return sizes;
-}
-
 }  // namespace
 
 Kernel::Kernel(const CachedProgram& program, const char* entry, std::string name)
-    : name_(std::move(name)),
-      resources_(program.program.resources_of(entry)),
-      cached_(program.cached),
-      cache_problem_(program.cache_problem) {
-    const auto start = std::chrono::steady_clock::now();
+    : name_(std::move(name)), cached_(program.cached) {
+    const Stopwatch watch;
     HASTE_CUDA_CHECK(driver().module_load_data(&module_, program.program.cubin.data()), name_);
     try {
         HASTE_CUDA_CHECK(driver().module_get_function(&function_, module_, entry), name_);
         attributes_ = {
             .registers = attribute_of(function_, FunctionAttribute::registers, name_),
             .local_bytes = attribute_of(function_, FunctionAttribute::local_bytes, name_),
-            .shared_bytes = attribute_of(function_, FunctionAttribute::shared_bytes, name_),
             .max_threads_per_block =
                 attribute_of(function_, FunctionAttribute::max_threads_per_block, name_)};
+        if (driver().function_get_parameter != nullptr) {
+            std::size_t offset = 0;
+            HASTE_CUDA_CHECK(
+                driver().function_get_parameter(function_, 0, &offset, &parameters_size_), name_);
+        }
     } catch (const CudaError&) {
         report(driver().module_unload(module_), "cuModuleUnload");
         throw;
     }
-    if (driver().function_get_parameter != nullptr) {
-        parameter_sizes_ = parameter_sizes(function_);
-        parameters_known_ = true;
-    }
-    build_seconds_ =
-        program.seconds +
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    build_seconds_ = program.seconds + watch.seconds();
 }
 
 Kernel::~Kernel() {
@@ -77,54 +52,47 @@ Kernel::Kernel(Kernel&& other) noexcept
       module_(std::exchange(other.module_, nullptr)),
       function_(std::exchange(other.function_, nullptr)),
       attributes_(other.attributes_),
-      resources_(std::move(other.resources_)),
-      parameter_sizes_(std::move(other.parameter_sizes_)),
-      parameters_known_(other.parameters_known_),
+      parameters_size_(other.parameters_size_),
       build_seconds_(other.build_seconds_),
-      cached_(other.cached_),
-      cache_problem_(std::move(other.cache_problem_)) {}
+      cached_(other.cached_) {}
 
-void Kernel::launch_untyped(const Launch& shape, Stream& stream, std::span<const std::size_t> sizes,
-                            std::span<void*> arguments) const {
+void Kernel::launch_untyped(const Launch& shape, Stream& stream, const void* parameters,
+                            std::size_t size) const {
     if (shape.blocks == 0) {
         return;
     }
-    const std::string subject = name_ + ", " + std::to_string(shape.blocks) + " blocks of " +
-                                std::to_string(shape.threads) + " threads";
+    const auto subject = [&] {
+        return name_ + ", " + std::to_string(shape.blocks) + " blocks of " +
+               std::to_string(shape.threads) + " threads";
+    };
     if (shape.threads < 1 || shape.threads > attributes_.max_threads_per_block) {
-        throw CudaError("the launch [" + subject +
+        throw CudaError("the launch [" + subject() +
                         "] is refused: a block of this kernel has 1 to " +
                         std::to_string(attributes_.max_threads_per_block) + " threads");
     }
     constexpr std::size_t max_blocks = 0x7fffffff;
     if (shape.blocks > max_blocks) {
-        throw CudaError("the launch [" + subject + "] is refused: a grid has at most " +
+        throw CudaError("the launch [" + subject() + "] is refused: a grid has at most " +
                         std::to_string(max_blocks) + " blocks");
     }
-    if (parameters_known_ && !std::ranges::equal(sizes, parameter_sizes_)) {
-        throw std::logic_error("the launch [" + subject + "] has arguments of " + list_of(sizes) +
-                               " bytes, the kernel's parameters have " + list_of(parameter_sizes_));
+    if (parameters_size_ != 0 && parameters_size_ != size) {
+        throw std::logic_error("the launch [" + subject() + "] has parameters of " +
+                               std::to_string(size) + " bytes, the kernel's have " +
+                               std::to_string(parameters_size_));
     }
+    const NvtxRange range(name_.c_str());
+    void* arguments[] = {const_cast<void*>(parameters)};
     HASTE_CUDA_CHECK(driver().launch_kernel(function_, static_cast<unsigned>(shape.blocks), 1, 1,
-                                            static_cast<unsigned>(shape.threads), 1, 1,
-                                            static_cast<unsigned>(shape.dynamic_shared_bytes),
-                                            stream.handle(), arguments.data(), nullptr),
-                     subject);
+                                            static_cast<unsigned>(shape.threads), 1, 1, 0,
+                                            stream.handle(), arguments, nullptr),
+                     subject());
     stream.note_launch(name_);
 }
 
-int Kernel::resident_blocks(int threads, std::size_t dynamic_shared_bytes) const {
+int Kernel::resident_blocks(int threads) const {
     int blocks = 0;
-    HASTE_CUDA_CHECK(
-        driver().occupancy_max_active_blocks(&blocks, function_, threads, dynamic_shared_bytes),
-        name_);
+    HASTE_CUDA_CHECK(driver().occupancy_max_active_blocks(&blocks, function_, threads, 0), name_);
     return blocks;
-}
-
-void Kernel::allow_dynamic_shared(int bytes) {
-    HASTE_CUDA_CHECK(driver().function_set_attribute(
-                         function_, FunctionAttribute::max_dynamic_shared_bytes, bytes),
-                     name_ + ", " + std::to_string(bytes) + " bytes");
 }
 
 KernelSet::KernelSet(const Device& device)
@@ -140,7 +108,10 @@ const Kernel& KernelSet::get_or_build(const Specification& specification) {
     }
     const CachedProgram program =
         load_or_compile(kernel_translation(specification, architecture_), cache_);
-    return kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
+    const Kernel& kernel =
+        kernels_.emplace(name, Kernel(program, kernel_entry, name)).first->second;
+    build_seconds_ += kernel.build_seconds();
+    return kernel;
 }
 
 const Kernel& KernelSet::get(const KernelSpecification& specification) {

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <map>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "cuda/cubin_cache.h"
 #include "cuda/device.h"
@@ -21,7 +18,6 @@ namespace haste::cuda {
 struct Launch {
     std::size_t blocks = 0;
     int threads = 0;  ///< of a block
-    std::size_t dynamic_shared_bytes = 0;
 
     /// Enough blocks for one thread an item.
     [[nodiscard]] static Launch for_items(std::size_t items, int threads) {
@@ -34,7 +30,6 @@ struct Launch {
 struct KernelAttributes {
     int registers = 0;
     int local_bytes = 0;
-    int shared_bytes = 0;
     int max_threads_per_block = 0;
 };
 
@@ -49,52 +44,38 @@ public:
     Kernel& operator=(Kernel&&) = delete;
 
     /// Puts a launch behind the work in `stream`; it runs later. Does nothing if `blocks` is 0.
-    /// Throws CudaError naming the kernel if the driver refuses the launch, std::logic_error if the
-    /// arguments are not as many and as large as the kernel's parameters (drivers from CUDA 12.4).
-    template <class... Arguments>
-    void launch(const Launch& shape, Stream& stream, const Arguments&... arguments) const {
-        static_assert((std::is_trivially_copyable_v<Arguments> && ...),
-                      "the driver copies arguments byte by byte");
-        static_assert((sizeof(Arguments) + ... + 0) <= 4096, "the driver takes at most 4 KiB");
-        const std::array<std::size_t, sizeof...(Arguments)> sizes{sizeof(Arguments)...};
-        std::array<void*, sizeof...(Arguments)> pointers{
-            const_cast<void*>(static_cast<const void*>(&arguments))...};
-        launch_untyped(shape, stream, sizes, pointers);
+    /// All kernels take one structure. Throws CudaError naming the kernel if the driver refuses the
+    /// launch, std::logic_error if the structure is not as large as the kernel's (drivers from CUDA
+    /// 12.4).
+    template <class Parameters>
+    void launch(const Launch& shape, Stream& stream, const Parameters& parameters) const {
+        static_assert(std::is_trivially_copyable_v<Parameters>,
+                      "the driver copies parameters byte by byte");
+        static_assert(sizeof(Parameters) <= 4096, "the driver takes at most 4 KiB");
+        launch_untyped(shape, stream, &parameters, sizeof(Parameters));
     }
 
     /// Blocks of this size that one multiprocessor can run at a time.
-    [[nodiscard]] int resident_blocks(int threads, std::size_t dynamic_shared_bytes = 0) const;
-
-    /// Allows launches with this much dynamic shared memory (beyond 48 KiB it must be asked for).
-    void allow_dynamic_shared(int bytes);
+    [[nodiscard]] int resident_blocks(int threads) const;
 
     [[nodiscard]] const std::string& name() const { return name_; }
     [[nodiscard]] const KernelAttributes& attributes() const { return attributes_; }
-
-    /// What ptxas said when the kernel was compiled.
-    [[nodiscard]] const KernelResources& resources() const { return resources_; }
 
     /// Seconds to compile it or to take it from the cache, to load it into the context included.
     [[nodiscard]] double build_seconds() const { return build_seconds_; }
     [[nodiscard]] bool cached() const { return cached_; }
 
-    /// Why the compiled kernel could not be stored for the next run; empty if all is well.
-    [[nodiscard]] const std::string& cache_problem() const { return cache_problem_; }
-
 private:
-    void launch_untyped(const Launch& shape, Stream& stream, std::span<const std::size_t> sizes,
-                        std::span<void*> arguments) const;
+    void launch_untyped(const Launch& shape, Stream& stream, const void* parameters,
+                        std::size_t size) const;
 
     std::string name_;
     CUmodule module_ = nullptr;
     CUfunction function_ = nullptr;
     KernelAttributes attributes_;
-    KernelResources resources_;
-    std::vector<std::size_t> parameter_sizes_;  ///< only where `parameters_known_`
-    bool parameters_known_ = false;
+    std::size_t parameters_size_ = 0;  ///< 0: the driver does not tell
     double build_seconds_ = 0;
     bool cached_ = false;
-    std::string cache_problem_;
 };
 
 /// The kernels of one device, each built when it is first asked for.
@@ -108,6 +89,9 @@ public:
     [[nodiscard]] const Kernel& get(const KernelSpecification& specification);
     [[nodiscard]] const Kernel& get(const ReplaySpecification& specification);
 
+    /// Seconds that building all kernels took so far.
+    [[nodiscard]] double build_seconds() const { return build_seconds_; }
+
 private:
     template <class Specification>
     const Kernel& get_or_build(const Specification& specification);
@@ -115,6 +99,7 @@ private:
     int architecture_;
     CubinCache cache_;
     std::map<std::string, Kernel> kernels_;
+    double build_seconds_ = 0;
 };
 
 }  // namespace haste::cuda

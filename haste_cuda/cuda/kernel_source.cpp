@@ -36,17 +36,33 @@ constexpr std::array precisions{
     PrecisionEntry{"watertight", "haste::Watertight", "--fmad=false"},
 };
 
-/// An engine is a header, a function template in it and the structure that the function is given.
-struct EngineEntry {
+/// A film is the type that a thread adds up what it contributes.
+struct FilmEntry {
+    std::string_view name;
+    std::string_view type;
+};
+
+constexpr std::array films{
+    FilmEntry{"int64", "haste::FilmSum"},
+    FilmEntry{"float_atomic", "haste::FloatSum"},
+};
+
+/// A kernel is a header, a function template in it and the structure that the function is given.
+struct KernelEntry {
     std::string_view name;
     std::string_view header;
-    std::string_view function;
     std::string_view parameters;
 };
 
-constexpr std::array engines{
-    EngineEntry{"depth_first", "cuda/kernels/depth_first.cuh", "haste::depth_first",
-                "haste::DepthFirstParams"},
+constexpr std::array kernels{
+    KernelEntry{"depth_first", "depth_first.cuh", "haste::RenderParams"},
+    KernelEntry{"packet", "packet.cuh", "haste::PacketParams"},
+    KernelEntry{"wavefront_plan", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_generate", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_closest_hit", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_shade", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_any_hit", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"persistent", "persistent.cuh", "haste::PersistentParams"},
 };
 
 template <class Entry>
@@ -67,7 +83,7 @@ const Entry& find(std::span<const Entry> entries, std::string_view name, std::st
         }
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
-    throw std::invalid_argument("haste-cuda has no kernel for the " + std::string(kind) + " '" +
+    throw std::invalid_argument("haste-cuda has no " + std::string(kind) + " '" +
                                 std::string(name) + "'; it has " + known);
 }
 
@@ -113,8 +129,9 @@ Translation translation_of(std::string source, std::string name, std::string_vie
 }  // namespace
 
 std::string KernelSpecification::name() const {
-    return engine + " " + model + " " + precision + " features=" + hexadecimal(features) +
-           " stack=" + std::to_string(stack_capacity) + " count=" + (count_rays ? "1" : "0");
+    return kernel + " " + model + " " + precision + " features=" + hexadecimal(features) +
+           " stack=" + std::to_string(stack_capacity) + " film=" + film +
+           " layered=" + (layered ? "1" : "0") + " count=" + (count_rays ? "1" : "0");
 }
 
 std::string ReplaySpecification::name() const {
@@ -137,39 +154,49 @@ std::filesystem::path include_root() {
     return shared.path;
 }
 
-std::vector<std::string> kernel_models() { return names_of<ModelEntry>(models); }
+std::vector<std::string> kernel_names() { return names_of<KernelEntry>(kernels); }
 
-std::vector<std::string> kernel_engines() { return names_of<EngineEntry>(engines); }
+std::vector<std::string> kernel_models() { return names_of<ModelEntry>(models); }
 
 std::vector<std::string> kernel_precisions() { return names_of<PrecisionEntry>(precisions); }
 
+std::vector<std::string> kernel_films() { return names_of<FilmEntry>(films); }
+
 std::string kernel_source(const KernelSpecification& specification) {
-    const auto& engine = find<EngineEntry>(engines, specification.engine, "engine");
-    const auto& model = find<ModelEntry>(models, specification.model, "model");
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& kernel = find<KernelEntry>(kernels, specification.kernel, "kernel");
+    const auto& model = find<ModelEntry>(models, specification.model, "kernel for the model");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
+    const auto& film = find<FilmEntry>(films, specification.film, "kernel for the film");
     if (specification.stack_capacity < 1) {
         throw std::invalid_argument("a kernel's stack holds at least one ray, not " +
                                     std::to_string(specification.stack_capacity));
     }
-    std::string source = "#include \"" + std::string(engine.header) + "\"\n";
-    source += "extern \"C\" __global__ void " + std::string(kernel_entry) + "(" +
-              std::string(engine.parameters) + " parameters) {\n";
-    source += "    " + std::string(engine.function) + "<" + std::string(model.type) +
+    const auto flag = [](bool value) { return std::string(value ? "true" : "false"); };
+    std::string source = "#include \"cuda/kernels/" + std::string(kernel.header) + "\"\n";
+    source += "using Config = haste::KernelConfig<" + std::string(model.type) +
               ", haste::Features<" + hexadecimal(specification.features) + "u>, " +
               std::string(precision.type) + ", " + std::to_string(specification.stack_capacity) +
-              ", " + (specification.count_rays ? "true" : "false") + ">(parameters);\n}\n";
+              ", " + std::string(film.type) + ", " + flag(specification.layered) + ", " +
+              flag(specification.count_rays) + ">;\n";
+    // A grid constant stays in constant memory where its address is taken.
+    source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
+              "(const __grid_constant__ " + std::string(kernel.parameters) + " parameters) {\n";
+    source += "    haste::" + std::string(kernel.name) + "<Config>(parameters);\n}\n";
     return source;
 }
 
 Translation kernel_translation(const KernelSpecification& specification, int architecture) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     return translation_of(kernel_source(specification),
-                          specification.engine + "_" + specification.model + ".cu",
+                          specification.kernel + "_" + specification.model + ".cu",
                           precision.options, architecture);
 }
 
 std::string kernel_source(const ReplaySpecification& specification) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     const std::uint32_t features = primitive_features(specification.features);
     if (features == 0) {
         throw std::invalid_argument("a replay kernel needs triangles, spheres or both");
@@ -185,7 +212,8 @@ std::string kernel_source(const ReplaySpecification& specification) {
 }
 
 Translation kernel_translation(const ReplaySpecification& specification, int architecture) {
-    const auto& precision = find<PrecisionEntry>(precisions, specification.precision, "precision");
+    const auto& precision =
+        find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     return translation_of(kernel_source(specification),
                           std::string("replay_") + query_name(specification.any_hit) + ".cu",
                           precision.options, architecture);

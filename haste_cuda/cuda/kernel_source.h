@@ -15,14 +15,17 @@ inline constexpr const char* kernel_entry = "haste_kernel";
 
 /// Which of the core's templates a kernel instantiates. Names are those of the settings.
 struct KernelSpecification {
-    std::string engine = "depth_first";
+    std::string kernel = "depth_first";
     std::string model;  ///< "haste", "whitted" or "path"
     std::string precision = "watertight";
     std::uint32_t features = 0;  ///< bits of haste::Features that the scene requires
-    int stack_capacity = 0;      ///< rays that the private stack holds
+    int stack_capacity = 1;      ///< rays that a private stack holds
+    std::string film = "int64";  ///< or "float_atomic"
+    bool layered = false;        ///< a film a layer, weighted afterwards
     bool count_rays = false;
 
-    /// "depth_first haste watertight features=0x3f stack=12 count=0": names launches and errors.
+    /// "depth_first haste watertight features=0x3f stack=12 film=int64 layered=0 count=0": names
+    /// launches and errors.
     [[nodiscard]] std::string name() const;
 };
 
@@ -44,12 +47,14 @@ void set_include_root(const std::filesystem::path& root);
 /// That folder. Throws std::logic_error if it was not set.
 [[nodiscard]] std::filesystem::path include_root();
 
-/// The models, engines and precisions that have kernels, as the settings name them.
+/// The kernels, and the models, precisions and films that they can be compiled for, as the settings
+/// name them.
+[[nodiscard]] std::vector<std::string> kernel_names();
 [[nodiscard]] std::vector<std::string> kernel_models();
-[[nodiscard]] std::vector<std::string> kernel_engines();
 [[nodiscard]] std::vector<std::string> kernel_precisions();
+[[nodiscard]] std::vector<std::string> kernel_films();
 
-/// The translation unit: one include and one kernel that calls the engine's template.
+/// The translation unit: one include and one kernel that calls its template.
 /// Throws std::invalid_argument naming what is unknown or out of range.
 [[nodiscard]] std::string kernel_source(const KernelSpecification& specification);
 

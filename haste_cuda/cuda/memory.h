@@ -21,8 +21,8 @@ class DeviceBuffer {
 public:
     DeviceBuffer() = default;
 
-    /// Room for `size` elements, contents undefined. Throws CudaError (`out_of_memory()`) if there
-    /// is none; the context stays usable.
+    /// Room for `size` elements, contents undefined. Throws CudaError if there is none; the context
+    /// stays usable.
     explicit DeviceBuffer(std::size_t size) : size_(size) {
         if (size > 0) {
             HASTE_CUDA_CHECK(driver().mem_alloc(&address_, bytes()),
@@ -76,12 +76,13 @@ public:
         }
     }
 
-    /// The same, behind the work in `stream`. `host` must stay until that is done.
-    void download(std::span<T> host, const Stream& stream) const {
-        require_room(host.size());
+    /// The same from element `first` on, behind the work in `stream`. `host` must stay until that
+    /// is done.
+    void download(std::span<T> host, const Stream& stream, std::size_t first = 0) const {
+        require_room(first + host.size());
         if (!host.empty()) {
             HASTE_CUDA_CHECK(driver().memcpy_device_to_host_async(
-                host.data(), address_, host.size_bytes(), stream.handle()));
+                host.data(), address_ + first * sizeof(T), host.size_bytes(), stream.handle()));
         }
     }
 
@@ -114,6 +115,47 @@ private:
     }
 
     CUdeviceptr address_ = 0;
+    std::size_t size_ = 0;
+};
+
+/// An array in page-locked host memory: copies from and to it run beside the host's work and other
+/// streams'.
+template <class T>
+class PinnedBuffer {
+    static_assert(std::is_trivially_copyable_v<T>, "it is copied byte by byte");
+
+public:
+    PinnedBuffer() = default;
+
+    /// Room for `size` elements, contents undefined. Throws CudaError.
+    explicit PinnedBuffer(std::size_t size) : size_(size) {
+        if (size > 0) {
+            void* address = nullptr;
+            HASTE_CUDA_CHECK(driver().mem_host_alloc(&address, size * sizeof(T), 0),
+                             std::to_string(size * sizeof(T)) + " bytes of the host");
+            data_ = static_cast<T*>(address);
+        }
+    }
+
+    ~PinnedBuffer() {
+        if (data_ != nullptr) {
+            report(driver().mem_free_host(data_), "cuMemFreeHost");
+        }
+    }
+    PinnedBuffer(PinnedBuffer&& other) noexcept
+        : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
+        std::swap(data_, other.data_);
+        std::swap(size_, other.size_);
+        return *this;
+    }
+
+    [[nodiscard]] T* data() const { return data_; }
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::span<T> front(std::size_t count) const { return {data_, count}; }
+
+private:
+    T* data_ = nullptr;
     std::size_t size_ = 0;
 };
 

@@ -1,13 +1,13 @@
 #include "cuda/nvrtc.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <mutex>
 
 #include "cuda/driver_api.h"
 #include "cuda/shared_library.h"
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -170,15 +170,6 @@ int number_before(std::string_view line, std::string_view unit) {
 
 }  // namespace
 
-const KernelResources& Program::resources_of(std::string_view kernel) const {
-    for (const KernelResources& entry : resources) {
-        if (entry.kernel == kernel) {
-            return entry;
-        }
-    }
-    throw std::out_of_range("the program has no kernel " + std::string(kernel));
-}
-
 void set_nvrtc_candidates(std::vector<NvrtcCandidate> list) {
     Candidates& shared = candidates();
     const std::lock_guard lock(shared.mutex);
@@ -252,12 +243,11 @@ Program compile(const Translation& translation) {
         pointers.push_back(option.c_str());
         spelled += " " + option;
     }
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const nvrtcResult result =
         compiler.compile_program(handle, static_cast<int>(pointers.size()), pointers.data());
     Program program;
-    program.compile_seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    program.compile_seconds = watch.seconds();
 
     std::size_t size = 0;
     require(compiler.get_log_size(handle, &size), compiler, "nvrtcGetProgramLogSize",

@@ -26,9 +26,6 @@ struct Program {
     std::string log;                         ///< warnings and ptxas's resource usage
     std::vector<KernelResources> resources;  ///< read from the log, one a kernel
     double compile_seconds = 0;              ///< time in NVRTC, also where it came from the cache
-
-    /// Throws std::out_of_range if the program has no such kernel.
-    [[nodiscard]] const KernelResources& resources_of(std::string_view kernel) const;
 };
 
 /// A translation unit that does not compile. The message is the compiler's whole log.

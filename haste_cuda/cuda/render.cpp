@@ -1,12 +1,11 @@
 #include "cuda/render.h"
 
 #include <algorithm>
-#include <stdexcept>
 
-#include "core/engine/depth_first.h"
-#include "cuda/event.h"
-#include "cuda/kernels/depth_first_params.h"
+#include "cuda/device_film.h"
+#include "cuda/engines/engine.h"
 #include "cuda/renderer_state.h"
+#include "engine/pass_folder.h"
 
 namespace haste::cuda {
 
@@ -18,13 +17,6 @@ Renderer& Renderer::instance() {
     // Never destroyed: at process exit the driver may be gone before static objects are.
     static Renderer* const renderer = new Renderer;
     return *renderer;
-}
-
-void check_block(int threads) {
-    if (threads < 32 || threads > 1024 || threads % 32 != 0) {
-        throw std::invalid_argument("block must be a multiple of 32 from 32 to 1024, not " +
-                                    std::to_string(threads));
-    }
 }
 
 namespace {
@@ -40,75 +32,74 @@ const char* model_name(ModelKind model) {
     }
 }
 
-/// The private stack of a kernel: as many rays as the model's tree can have pending.
-u32 stack_capacity(ModelKind model, const Settings<float>& settings) {
+u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 lights) {
     switch (model) {
         case ModelKind::path:
-            return depth_first_capacity(1, 1, 0);
+            return 1;
         case ModelKind::haste:
-            return depth_first_capacity(settings.max_layers, 2, settings.ambient_samples);
+            return u64(lights) * settings.light_samples;
         default:
-            return depth_first_capacity(settings.max_layers, 2, 0);
+            return lights;
     }
+}
+
+KernelSpecification specification_of(const HostScene& host, ModelKind model,
+                                     const Settings<float>& settings, const Schedule& schedule) {
+    KernelSpecification specification;
+    specification.model = model_name(model);
+    specification.features = host.features();
+    specification.stack_capacity = int(stack_capacity(model, settings));
+    specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";
+    specification.layered = schedule.accumulation == Accumulation::layer_weighted;
+    specification.count_rays = schedule.count_rays;
+    return specification;
 }
 
 }  // namespace
 
 CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene, ModelKind model,
                             const Settings<float>& settings, u32 samples,
-                            const CudaSchedule& schedule) {
-    Schedule shared;
-    shared.pass_samples = schedule.pass_samples;
-    check_settings(model, settings, samples, shared);
-    check_block(schedule.block);
+                            const Schedule& schedule) {
+    check_settings(model, settings, samples, schedule);
     CudaOutput output;
     output.upload_seconds = state_->upload(host, scene);
     output.scene_bytes = scene->device.bytes();
 
-    KernelSpecification specification;
-    specification.model = model_name(model);
-    specification.features = host.features();
-    specification.stack_capacity = int(stack_capacity(model, settings));
-    specification.count_rays = schedule.count_rays;
-    const Kernel& kernel = state_->kernels.get(specification);
-    output.compile_seconds = kernel.build_seconds();
-    output.compile_cached = kernel.cached();
-    output.registers = kernel.attributes().registers;
-    output.local_bytes = kernel.attributes().local_bytes;
+    RenderParams pass{};
+    pass.scene = scene->device.view();
+    pass.settings = settings;
+    const Camera<float>& camera = pass.scene.camera;
+    std::vector<double> weights = layer_weights(schedule, settings, host.common_reflectance());
+    DeviceFilm film(3 * std::size_t(camera.width) * camera.height * weights.size(), schedule.film,
+                    host.film_format(settings));
+    pass.film = film.target();
+    pass.rays = film.rays();
 
-    DepthFirstParams parameters;
-    parameters.scene = scene->device.view();
-    parameters.settings = settings;
-    parameters.format = host.film_format(settings);
-    const Camera<float>& camera = parameters.scene.camera;
-    DeviceBuffer<i64> sums(3 * std::size_t(camera.width) * camera.height);
-    DeviceBuffer<FilmFaults> faults(1);
-    DeviceBuffer<RayCounts> rays(1);
-    parameters.sums = sums.data();
-    parameters.faults = faults.data();
-    parameters.rays = rays.data();
+    const double built_before = state_->kernels.build_seconds();
+    const std::unique_ptr<Engine> engine = make_engine(
+        {.device = state_->device,
+         .kernels = state_->kernels,
+         .stream = state_->stream,
+         .kernel = specification_of(host, model, settings, schedule),
+         .schedule = schedule,
+         .tree = ray_tree(model, settings),
+         .most_shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count)});
+    output.compile_seconds = state_->kernels.build_seconds() - built_before;
+    output.compile_cached = engine->main_kernel().cached();
+    output.registers = engine->main_kernel().attributes().registers;
+    output.local_bytes = engine->main_kernel().attributes().local_bytes;
 
-    PassFolder folder(parameters.format, camera.width, camera.height);
-    const Stream& stream = state_->stream;
-    Event start;
-    Event end;
+    PassFolder folder(pass.film.format, camera.width, camera.height, std::move(weights));
     for (u32 first = 0; first < samples; first += schedule.pass_samples) {
-        parameters.first_sample = first;
-        parameters.samples = std::min(schedule.pass_samples, samples - first);
-        const FilmFaults no_faults;
-        faults.upload(std::span(&no_faults, 1));
-        sums.clear(stream);
-        rays.clear(stream);
-        start.record(stream);
-        kernel.launch(Launch::for_items(parameters.items(), schedule.block), state_->stream,
-                      parameters);
-        end.record(stream);
-        output.render.seconds += seconds_between(start, end);
-        PassFilm film;
-        film.sums = sums.download();
-        film.faults = faults.download()[0];
-        output.render.rays += rays.download()[0];
-        folder.fold(film);
+        pass.range = {first, std::min(schedule.pass_samples, samples - first), settings.seed};
+        film.clear(state_->stream);
+        state_->stream.synchronize();
+        const EnginePass done = engine->run(pass);
+        output.render.seconds += done.seconds;
+        output.render.peak_queue_bytes =
+            std::max(output.render.peak_queue_bytes, done.peak_queue_bytes);
+        output.render.rays += film.download_rays();
+        folder.fold(film.download());
     }
     folder.finish(samples, output.render);
     return output;

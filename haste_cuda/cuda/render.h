@@ -2,25 +2,20 @@
 
 #include <memory>
 
-#include "cpu/render.h"
+#include "accel/host_scene.h"
 #include "cpu/replay.h"
+#include "engine/render_output.h"
+#include "engine/schedule.h"
 
 namespace haste::cuda {
-
-/// How a render on the GPU is launched, and what else it found out.
-struct CudaSchedule {
-    int block = 128;  ///< threads a block: never changes a bit of the film
-    bool count_rays = false;
-    u32 pass_samples = FixedPoint::max_pass_samples;
-};
 
 /// A render and the figures of its kernel.
 struct CudaOutput {
     RenderOutput render;
-    double compile_seconds = 0;  ///< to compile or load the kernel; 0 once it is in memory
-    bool compile_cached = false;
-    double upload_seconds = 0;  ///< 0 once the scene is on the device
-    int registers = 0;
+    double compile_seconds = 0;   ///< to compile or load the kernels; 0 once they are in memory
+    bool compile_cached = false;  ///< the main kernel came from the cache
+    double upload_seconds = 0;    ///< 0 once the scene is on the device
+    int registers = 0;            ///< of the engine's main kernel
     int local_bytes = 0;
     std::size_t scene_bytes = 0;
 };
@@ -44,10 +39,10 @@ public:
     /// A scene on this device: opaque to those who only keep it.
     struct Scene;
 
-    /// The depth-first engine: one thread a sample. `scene` is filled on first use.
+    /// Renders by the schedule's engine. `scene` is filled on first use.
     /// Throws CudaError, std::invalid_argument and FilmOverflow.
     CudaOutput render(const HostScene& host, std::shared_ptr<Scene>& scene, ModelKind model,
-                      const Settings<float>& settings, u32 samples, const CudaSchedule& schedule);
+                      const Settings<float>& settings, u32 samples, const Schedule& schedule);
 
     /// Traces rays for their own sake, one thread a ray. `scene` is filled on first use.
     /// Throws CudaError and std::invalid_argument.

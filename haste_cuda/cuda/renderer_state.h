@@ -24,7 +24,4 @@ struct Renderer::State {
     }
 };
 
-/// Throws std::invalid_argument if blocks of so many threads make no sense.
-void check_block(int threads);
-
 }  // namespace haste::cuda

@@ -1,18 +1,9 @@
-#include <chrono>
-
 #include "cuda/event.h"
 #include "cuda/kernels/replay_params.h"
 #include "cuda/renderer_state.h"
+#include "host/stopwatch.h"
 
 namespace haste::cuda {
-
-namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-}  // namespace
 
 CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>& scene,
                                   std::span<const RayQuery<float>> queries, QueryKind kind,
@@ -29,9 +20,9 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     output.compile_seconds = kernel.build_seconds();
     output.registers = kernel.attributes().registers;
 
-    const auto upload_start = std::chrono::steady_clock::now();
+    const Stopwatch upload;
     const DeviceBuffer<RayQuery<float>> device_queries(queries);
-    output.upload_seconds = seconds_since(upload_start);
+    output.upload_seconds = upload.seconds();
     const DeviceBuffer<QueryHit<float>> device_hits(queries.size());
     ReplayParams parameters;
     parameters.scene = scene->device.view();
@@ -47,9 +38,9 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     output.replay.seconds = seconds_between(start, end);
 
     output.replay.hits.resize(queries.size());
-    const auto download_start = std::chrono::steady_clock::now();
+    const Stopwatch download;
     device_hits.download(output.replay.hits);
-    output.download_seconds = seconds_since(download_start);
+    output.download_seconds = download.seconds();
     return output;
 }
 

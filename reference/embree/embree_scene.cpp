@@ -1,11 +1,10 @@
 #include "reference/embree/embree_scene.h"
 
-#include <tbb/global_control.h>
-
-#include <chrono>
 #include <stdexcept>
 
 #include "core/geometry/sphere.h"
+#include "host/stopwatch.h"
+#include "host/thread_limit.h"
 
 namespace haste {
 
@@ -74,12 +73,8 @@ void count_bytes(void* user, ssize_t bytes) {
 
 EmbreeScene::EmbreeScene(const HostScene& scene, int threads)
     : host_(scene), sphere_geometry_(u32(scene.arrays().shapes.size())) {
-    const auto start = std::chrono::steady_clock::now();
-    std::unique_ptr<tbb::global_control> limit;
-    if (threads > 0) {
-        limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                      std::size_t(threads));
-    }
+    const Stopwatch watch;
+    const ThreadLimit limit(threads);
     // Eight children a node, vertices in the leaves: a sixth faster on a mesh than the four
     // children that Embree takes by itself in the robust mode; large pages on top of it gain
     // nothing.
@@ -103,8 +98,7 @@ EmbreeScene::EmbreeScene(const HostScene& scene, int threads)
     if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE) {
         throw std::runtime_error("Embree's build failed with error " + std::to_string(int(error)));
     }
-    build_seconds_ =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    build_seconds_ = watch.seconds();
 }
 
 void EmbreeScene::attach_mesh(u32 index) {

@@ -25,21 +25,26 @@ WORKERS = 2
 
 @dataclass(frozen=True)
 class Case:
-    """A kernel of the depth-first engine."""
+    """A kernel with what it is compiled for."""
 
     model: str
     features: int
-    stack: int
+    stack: int = 1
     architecture: int = 90
     count_rays: bool = False
+    kernel: str = "depth_first"
+    film: str = "int64"
+    layered: bool = False
 
     def compile(self, core: ModuleType, *, use_cache: bool = True) -> dict[str, Any]:
         return core.compile_kernel(
-            "depth_first",
+            self.kernel,
             self.model,
             "watertight",
             self.features,
             self.stack,
+            self.film,
+            self.layered,
             self.count_rays,
             architecture=self.architecture,
             use_cache=use_cache,
@@ -135,10 +140,20 @@ def test_a_cached_kernel_loads_in_a_tenth_of_its_compilation(compiler: ModuleTyp
 
 @pytest.mark.parametrize(
     ("setting", "names"),
-    [("model", "kernel_models"), ("engine", "kernel_engines"), ("precision", "kernel_precisions")],
+    [
+        ("kernel", "kernel_names"),
+        ("model", "kernel_models"),
+        ("precision", "kernel_precisions"),
+        ("film", "kernel_films"),
+    ],
 )
 def test_an_unknown_name_is_refused_with_the_known_ones(core: ModuleType, setting: str, names: str):
-    arguments = {"engine": "depth_first", "model": "path", "precision": "watertight"}
+    arguments = {
+        "kernel": "depth_first",
+        "model": "path",
+        "precision": "watertight",
+        "film": "int64",
+    }
     arguments[setting] = "no-such"
     with pytest.raises(ValueError, match="no-such") as raised:
         core.kernel_source(**arguments, features=1, stack_capacity=1)

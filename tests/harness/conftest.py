@@ -84,10 +84,31 @@ def _timing(
     }
 
 
+ENGINES: tuple[tuple[str, dict[str, int]], ...] = (
+    ("depth_first", {}),
+    ("packets", {"packet": 65536}),
+    ("layers", {"packet": 65536}),
+    ("layers", {"packet": 1048576}),
+)
+
+
 def _timings(random: np.random.Generator, tracer: str, model: str, samples: int) -> list[Any]:
     rows = [_timing(random, tracer, model, samples, spp=64, repeat=k) for k in range(5)]
     if tracer != "haste-cpu":
         return rows
+    for engine, case in ENGINES:
+        rows += [
+            _timing(
+                *(random, tracer, model, samples),
+                spp=16,
+                repeat=k,
+                engine=engine,
+                case={"accumulation": "flat", **case},
+                peak_queue_bytes=64.0 * case.get("packet", 0),
+                slowdown=1.2,
+            )
+            for k in range(3)
+        ]
     for exponent in range(4, 21):
         packet = 2**exponent
         for order in ("fifo", "lifo"):

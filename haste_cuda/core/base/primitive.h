@@ -8,7 +8,7 @@ namespace haste {
 /// (v1.x). Vertices, not edges: the two triangles of an edge must see the same numbers to be
 /// watertight.
 template <class Real>
-struct PrimitiveRecord {
+struct alignas(16) PrimitiveRecord {
     Vec3<Real> v0, v1, v2;
     u32 primitive;  ///< triangles count from 0, spheres follow them
     u32 shape;

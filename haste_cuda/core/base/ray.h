@@ -18,7 +18,7 @@ enum RayFlags : u16 {
 /// `sample` and `node` name the ray in the image (and key its random numbers), whatever thread,
 /// packet or order brings it to the intersector.
 template <class Real>
-struct Ray {
+struct alignas(16) Ray {
     Vec3<Real> origin;
     Vec3<Real> direction;  ///< unit length
     Vec3<Real>
@@ -33,11 +33,18 @@ struct Ray {
     Real eta;  ///< `path`: product of the relative indices crossed, for Russian roulette
 };
 
-static_assert(sizeof(Ray<float>) == 64, "two rays to a 128-byte line");
+static_assert(sizeof(Ray<float>) == 64, "two rays to a 128-byte line, 16-byte loads");
+
+/// For layers that are weighted afterwards (equation 8): a child of the next layer starts with a
+/// contribution of 1. A single-bounce ray belongs to its parent's layer and keeps its own.
+template <class Real>
+HASTE_HD void drop_contribution(Ray<Real>& ray) {
+    if (!(ray.flags & single_bounce)) ray.contribution = splat(Real(1));
+}
 
 /// A question of visibility and what an answer of `nothing in between` releases into the film.
 template <class Real>
-struct ShadowRay {
+struct alignas(16) ShadowRay {
     Vec3<Real> origin;
     Vec3<Real> direction;  ///< from the origin to the target, not normalised
     Real t_max;            ///< 1 for a point, infinity for the environment

@@ -1,66 +1,31 @@
 #pragma once
 
-#include "core/base/intersector.h"
-#include "core/engine/ray_counts.h"
-#include "core/film/film_view.h"
-#include "core/sampling/camera_ray.h"
+#include "core/engine/trace_out.h"
 
 namespace haste {
 
-/// Most rays that a depth-first walk of one sample can have pending: every layer leaves all
-/// children but one behind, and the ambient rays of one hit lie on top.
-HASTE_HD constexpr u32 depth_first_capacity(u32 layers, u32 children, u32 ambient_samples) {
-    return (children > 1 ? layers * (children - 1) : 0) + 1 + ambient_samples;
-}
-
-/// Receives what a model sends out while one ray of a depth-first walk is shaded: visibility is
-/// settled at once, children wait on the private stack.
-template <class Real, class I, bool Count>
-struct DepthFirstOut {
-    const I& intersector;
-    const FixedPoint& format;
-    FilmSum& sum;
-    RayCounts& counts;
-    Ray<Real>* stack;
+/// The rays of one sample that wait, newest last.
+template <class Real>
+struct RayStack {
+    Ray<Real>* rays;
     u32 depth = 0;
 
-    HASTE_HD void radiance(const Ray<Real>&, const Vec3<Real>& value, u32 rounding) {
-        sum.add(format, value, rounding);
-    }
-
-    HASTE_HD void shadow(const ShadowRay<Real>& ray) {
-        if constexpr (Count) ++counts.shadow;
-        if (!intersector.occluded(ray)) sum.add(format, ray.value, ray.rounding);
-    }
-
-    HASTE_HD void child(const Ray<Real>& ray) { stack[depth++] = ray; }
+    HASTE_HD void push(const Ray<Real>& ray) { rays[depth++] = ray; }
+    HASTE_HD Ray<Real> pop() { return rays[--depth]; }
 };
 
-/// Traces and shades one ray for any engine.
-template <class Model, class I, class Real, class Out>
-HASTE_HD void trace_and_shade(const Model& model, const I& intersector, const Ray<Real>& ray,
-                              Out& out) {
-    const Hit<Real> hit = intersector.closest(ray);
-    if (hit.found()) {
-        model.shade(ray, hit, out);
-    } else {
-        model.miss(ray, out);
-    }
-}
-
-/// All rays of one sample, children before siblings, with a private stack that has room for
-/// `depth_first_capacity` rays.
-template <bool Count, class Model, class I, class Real>
-    requires Intersector<I, Real>
+/// All rays of one sample, children before siblings, in memory that has room for as many rays as
+/// can wait at once.
+template <bool Count, class Model, class I, class Real, class Sum>
 HASTE_HD void trace_sample(const Model& model, const I& intersector, const FixedPoint& format,
-                           const Ray<Real>& camera, Ray<Real>* stack, FilmSum& sum,
+                           const Ray<Real>& camera, Ray<Real>* memory, Sum& sum,
                            RayCounts& counts) {
-    DepthFirstOut<Real, I, Count> out{intersector, format, sum, counts, stack};
-    out.child(camera);
-    while (out.depth > 0) {
-        const Ray<Real> ray = stack[--out.depth];
-        if constexpr (Count) counts.count(ray);
-        trace_and_shade(model, intersector, ray, out);
+    RayStack<Real> stack{memory};
+    TraceOut<Count, Real, I, Sum, RayStack<Real>> out{intersector, format, sum, counts, stack};
+    stack.push(camera);
+    while (stack.depth > 0) {
+        const Ray<Real> ray = stack.pop();
+        out.trace(model, ray);
     }
 }
 

@@ -236,3 +236,25 @@ def test_progress_names_scene_model_tracer_and_count(capsys: pytest.CaptureFixtu
 def test_the_fakes_log_variable_is_only_the_tests(fake: Any):
     assert os.environ[fake_tracers.LOG_VARIABLE].endswith("calls.log")
     assert fake.calls() == []
+
+
+def test_every_engine_is_timed_once_before_any_is_timed_again(fake: Any, make_config: Any):
+    fake(haste_cpu="Packets", embree="SteadyA")
+    sweep = {"scenes": ["lamp"], "models": ["path"], "packets": [1, 64], "spp": 3, "repeats": 2}
+    config = make_config(engines=sweep)
+    measure_scene(config, "lamp", 1)
+    calls = [call for call in timed(fake.calls()) if "spp=3" in call]
+    one_round = [
+        "P depth_first seed=0 spp=3 timed accumulation=flat",
+        "P packets seed=0 spp=3 timed accumulation=flat packet=1",
+        "P packets seed=0 spp=3 timed accumulation=flat packet=64",
+    ]
+    assert calls == one_round * 2, calls
+
+
+def test_a_tracer_may_leave_out_small_packets(fake: Any, make_config: Any):
+    fake(haste_cpu="Packets", embree="SteadyA")
+    config = make_config(tracer_settings={"haste-cpu": {"least_packet": 2}})
+    measure_scene(config, "lamp", 1)
+    sweep = [call for call in timed(fake.calls()) if "packets" in call]
+    assert sweep and all("packet=64" in call for call in sweep), sweep

@@ -82,12 +82,12 @@ def test_every_link_leads_somewhere(report: Path, outline: Outline):
 
 def test_every_figure_is_a_file_and_every_table_a_csv(report: Path):
     figures = {path.name for path in (report.parent / "figures").iterdir()}
-    expected = {"agreement.svg", "packets.svg"}
+    expected = {"agreement.svg", "packets.svg", "engines.svg"}
     for scene in ("cornell-box", "mirror-glass"):
         expected |= {f"convergence-{scene}.svg", f"plane-{scene}.svg"}
     assert figures == expected
     tables = {path.name for path in (report.parent / "tables").iterdir()}
-    names = ("verdicts", "skipped", "speed", "errors", "packets", "times")
+    names = ("verdicts", "skipped", "speed", "errors", "packets", "engines", "times")
     assert tables == {f"{name}.csv" for name in names}
 
 

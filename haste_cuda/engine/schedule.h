@@ -1,0 +1,66 @@
+#pragma once
+
+#include <vector>
+
+#include "core/base/settings.h"
+#include "core/engine/ray_tree.h"
+#include "core/film/fixed_point.h"
+
+namespace haste {
+
+enum class ModelKind { path, haste, whitted };
+enum class IntersectorKind { haste, embree };
+
+/// How rays are scheduled: docs/engines.md.
+enum class EngineKind { depth_first, packets, streams, layers, wavefront, persistent };
+
+/// Which end of the queue a packet is taken from.
+enum class QueueOrder { fifo, lifo };
+
+/// `packets` on the GPU: whether device memory is allocated for each packet, as in the paper.
+enum class Allocation { per_packet, once };
+
+/// What a film adds up: integers, in any order to the same bits, or the paper's floats.
+enum class FilmKind { int64, float_atomic };
+
+/// `layers`: contributions that rays carry (equation 9) or weights of layers (equation 8).
+enum class Accumulation { flat, layer_weighted };
+
+/// How a render is scheduled. But for the film's kind and the accumulation, none of it changes a
+/// bit of the film.
+struct Schedule {
+    EngineKind engine = EngineKind::depth_first;
+    IntersectorKind intersector = IntersectorKind::haste;
+    u64 packet = 65536;  ///< most rays traced at once
+    QueueOrder order = QueueOrder::fifo;
+    u64 queue_bytes = u64(4) << 30;  ///< most that waiting rays may take
+    Accumulation accumulation = Accumulation::flat;
+    Allocation allocation = Allocation::once;
+    FilmKind film = FilmKind::int64;
+    u32 streams = 3;  ///< of the engine `streams`
+    int threads = 0;  ///< of the processor; 0: all
+    int block = 128;  ///< threads of a CUDA block
+    bool count_rays = false;
+    u32 pass_samples = FixedPoint::max_pass_samples;
+};
+
+/// What a sample's rays can grow to in a model with its settings.
+[[nodiscard]] RayTree ray_tree(ModelKind model, const Settings<float>& settings);
+
+/// Most rays that a depth-first walk of one sample can have waiting: every layer leaves a sibling
+/// behind, and the ambient rays of one hit lie on top.
+[[nodiscard]] u32 stack_capacity(ModelKind model, const Settings<float>& settings);
+
+/// Weights of the film's layers: R^k for `layer_weighted` (equation 8), else {1}.
+[[nodiscard]] std::vector<double> layer_weights(const Schedule& schedule,
+                                                const Settings<float>& settings,
+                                                double reflectance);
+
+/// Throws std::invalid_argument if CUDA blocks of so many threads make no sense.
+void check_block(int threads);
+
+/// Throws std::invalid_argument naming the setting that makes no sense.
+void check_settings(ModelKind model, const Settings<float>& settings, u32 samples,
+                    const Schedule& schedule);
+
+}  // namespace haste
