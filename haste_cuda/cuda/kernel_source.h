@@ -19,7 +19,7 @@ struct KernelSpecification {
     std::string model;  ///< "haste", "whitted" or "path"
     std::string precision = "watertight";
     std::uint32_t features = 0;  ///< bits of haste::Features that the scene requires
-    int stack_capacity = 1;      ///< of `depth_first`: rays that the private stack holds
+    int stack_capacity = 1;      ///< rays that a private stack holds
     std::string film = "int64";  ///< or "float_atomic"
     bool layered = false;        ///< a film a layer, weighted afterwards
     bool count_rays = false;

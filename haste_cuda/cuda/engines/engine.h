@@ -47,7 +47,7 @@ protected:
     [[nodiscard]] const Kernel& kernel(const std::string& name) const {
         KernelSpecification specification = request_.kernel;
         specification.kernel = name;
-        if (name != "depth_first") specification.stack_capacity = 1;
+        if (name != "depth_first" && name != "persistent") specification.stack_capacity = 1;
         return request_.kernels.get(specification);
     }
 

@@ -4,22 +4,10 @@
 
 namespace haste::cuda {
 
-namespace {
-
-/// Rays that the queue of one warp must hold; see the kernel. Without siblings nothing waits.
-u64 capacity_of(const RayTree& tree) {
-    constexpr u64 lanes = 32;
-    return tree.children > 1 ? lanes * tree.lifo_need() : 0;
-}
-
-}  // namespace
-
 PersistentEngine::PersistentEngine(const EngineRequest& request)
     : Engine(request),
       kernel_(kernel("persistent")),
       blocks_(resident_grid(kernel_)),
-      queue_capacity_(capacity_of(request.tree)),
-      queues_(blocks_ * std::size_t(request.schedule.block / 32) * queue_capacity_),
       next_run_(1) {}
 
 EnginePass PersistentEngine::run(const RenderParams& pass) {
@@ -35,15 +23,12 @@ EnginePass PersistentEngine::run(const RenderParams& pass) {
     const PersistentParams parameters{.render = pass,
                                       .run_samples = u32(run),
                                       .runs = pixels * ((samples + run - 1) / run),
-                                      .next_run = next_run_.data(),
-                                      .queues = queues_.data(),
-                                      .queue_capacity = queue_capacity_};
+                                      .next_run = next_run_.data()};
     next_run_.clear(stream);
     start_.record(stream);
     kernel_.launch({.blocks = blocks_, .threads = request_.schedule.block}, stream, parameters);
     end_.record(stream);
-    const double seconds = seconds_between(start_, end_);
-    return {seconds, queues_.bytes()};
+    return {.seconds = seconds_between(start_, end_)};
 }
 
 }  // namespace haste::cuda

@@ -5,8 +5,8 @@
 
 namespace haste::cuda {
 
-/// As many threads as the device can hold, which fetch work when they fall idle; each warp has a
-/// queue in device memory.
+/// As many threads as the device can hold, each with a private stack, which begin a sample when they
+/// fall idle.
 class PersistentEngine : public Engine {
 public:
     explicit PersistentEngine(const EngineRequest& request);
@@ -18,8 +18,6 @@ public:
 private:
     const Kernel& kernel_;
     std::size_t blocks_;
-    u64 queue_capacity_;
-    DeviceBuffer<Ray<float>> queues_;
     DeviceBuffer<u64> next_run_;
     Event start_;
     Event end_;
