@@ -1,5 +1,6 @@
 """A run's settings: read, merged over the default preset, checked and typed."""
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -99,23 +100,27 @@ class Config:
         width, height = own or self.values.get("resolution") or (None, None)
         return width, height
 
+    def _scene_spp(self, key: str, scene: str, model: str) -> int:
+        """A count of the preset, `truth` or `seeds`, as many times as the scene needs it."""
+        own = self.values["scene_settings"].get(scene, {}).get(f"{key}_factor", {})
+        kind = "answers" if self.has_answer(scene) else key
+        return math.ceil(self.values[kind]["spp"][model] * own.get(model, 1))
+
     def truth_spp(self, scene: str, model: str) -> int:
         """Samples a pixel of one batch of the truth."""
-        own = self.values["scene_settings"].get(scene, {}).get("truth_spp", {})
-        kind = "answers" if self.has_answer(scene) else "truth"
-        return own.get(model, self.values[kind]["spp"][model])
+        return self._scene_spp("truth", scene, model)
 
     def seeds_spp(self, scene: str, model: str, tracer: str) -> int:
         """Samples a pixel of one of a tracer's independent images.
 
-        A slow tracer's own share comes before that of a noisy scene. The few pixels of a scene with
-        a known answer are no burden to any tracer.
+        A slow tracer's own share comes before what a noisy scene needs. The few pixels of a scene
+        with a known answer are no burden to any tracer.
         """
-        own = self.values["scene_settings"].get(scene, {}).get("seeds_spp", {})
+        spp = self._scene_spp("seeds", scene, model)
         if self.has_answer(scene):
-            return own.get(model, self.values["answers"]["spp"][model])
+            return spp
         share = self.values["tracer_settings"].get(tracer, {}).get("seeds_spp", {})
-        return share.get(model, own.get(model, self.values["seeds"]["spp"][model]))
+        return int(share.get(model, spp))
 
     def timing_spp(self, model: str, tracer: str) -> int:
         """Samples a pixel of a timed render."""

@@ -102,6 +102,8 @@ class _HasteTracer(Tracer):
 
     models: ClassVar[frozenset[str]] = MODELS
     precision: ClassVar[str] = "watertight"
+    source: tuple[Path, int, int] | None = None
+    """Of the scene that is imported: its file, and the size of its images in pixels."""
 
     @classmethod
     def unavailable(cls) -> str | None:
@@ -113,23 +115,33 @@ class _HasteTracer(Tracer):
         return None
 
     def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
-        start = time.perf_counter()
-        recentre = load_settings(scene_path).recentre
+        """Make a scene ready; times and sizes are those of its import, once for all models."""
+        source = (scene_path, settings.width, settings.height)
         try:
-            scene = load_scene(
-                scene_path, width=settings.width, height=settings.height, recentre=recentre
-            )
-            check_model(scene, settings.model)
+            if self.source != source:
+                self._import(scene_path, settings)
+                self.source = source
+            check_model(self.imported, settings.model)
         except SceneError as error:
             raise UnsupportedError(str(error)) from error
-        loaded = time.perf_counter()
-        self.scene = to_core(scene, self.threads)
-        self.owners = np.concatenate([scene.triangle_shape, scene.sphere_shape])
         self.model = settings.model
         self.settings = to_core_settings(settings)
+        return dict(self.times)
+
+    def _import(self, scene_path: Path, settings: RenderSettings) -> None:
+        self.source = None
+        start = time.perf_counter()
+        recentre = load_settings(scene_path).recentre
+        scene = load_scene(
+            scene_path, width=settings.width, height=settings.height, recentre=recentre
+        )
+        loaded = time.perf_counter()
+        self.imported = scene
+        self.scene = to_core(scene, self.threads)
+        self.owners = np.concatenate([scene.triangle_shape, scene.sphere_shape])
         bvh = self.scene.bvh
         self.hashes = {"bvh_sha256": str(bvh["sha256"])}
-        return {
+        self.times = {
             "load_seconds": loaded - start,
             "build_seconds": float(bvh["build_seconds"]),
             "bvh_bytes": float(bvh["bytes"]),

@@ -12,7 +12,7 @@ struct SpawnedRays {
     std::vector<Ray<float>>& rays;
     bool weighted;  ///< layers are weighted afterwards
 
-    void push(const Ray<float>& ray) {
+    void push(const Ray<float>& ray) const {
         rays.push_back(ray);
         if (weighted) drop_contribution(rays.back());
     }
@@ -62,7 +62,7 @@ private:
     void shade_rays(std::span<const Ray<float>> rays, std::vector<Ray<float>>& children) {
         WorkerTally& tally = tallies_.local();
         children.clear();
-        SpawnedRays spawned{children, weighted()};
+        const SpawnedRays spawned{children, weighted()};
         for (const Ray<float>& ray : rays) {
             FilmSum sum;
             TraceOut<Count, float, I, FilmSum, SpawnedRays> out{intersector_, request_.format, sum,

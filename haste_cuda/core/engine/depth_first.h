@@ -20,8 +20,8 @@ template <bool Count, class Model, class I, class Real, class Sum>
 HASTE_HD void trace_sample(const Model& model, const I& intersector, const FixedPoint& format,
                            const Ray<Real>& camera, Ray<Real>* memory, Sum& sum,
                            RayCounts& counts) {
-    RayStack<Real> stack{memory};
-    TraceOut<Count, Real, I, Sum, RayStack<Real>> out{intersector, format, sum, counts, stack};
+    TraceOut<Count, Real, I, Sum, RayStack<Real>> out{intersector, format, sum, counts, {memory}};
+    RayStack<Real>& stack = out.children;
     stack.push(camera);
     while (stack.depth > 0) {
         const Ray<Real> ray = stack.pop();

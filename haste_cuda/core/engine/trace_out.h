@@ -16,7 +16,7 @@ struct TraceOut {
     const FixedPoint& format;
     Sum& sum;
     RayCounts& counts;
-    Children& children;
+    Children children;
 
     /// Finds the ray's closest hit and has it shaded.
     template <class Model>

@@ -21,8 +21,8 @@ __device__ void packet(const PacketParams& parameters) {
     const typename C::Intersector intersector(render.scene);
     typename C::Sum sum;
     RayCounts rays;
-    CompactRays<C> children{parameters.children, parameters.child_count};
-    KernelTraceOut<C, CompactRays<C>> out{intersector, render.film.format, sum, rays, children};
+    KernelTraceOut<C, CompactRays<C>> out{
+        intersector, render.film.format, sum, rays, {parameters.children, parameters.child_count}};
     out.trace(model, ray);
     add_to_film(render.film, film_place<C>(render, ray.pixel, ray.layer), ray.pixel, sum);
     if constexpr (C::count) add_counts(render.rays, rays);

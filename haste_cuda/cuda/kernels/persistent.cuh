@@ -92,7 +92,8 @@ __device__ void persistent(const PersistentParams& parameters, Stack& waiting) {
         if (!__any_sync(whole_warp, waiting.depth > 0)) break;
         if (waiting.depth > 0) {
             const Ray<float> ray = waiting.pop();
-            KernelTraceOut<C, Stack> out{intersector, render.film.format, light.sum, rays, waiting};
+            KernelTraceOut<C, Stack&> out{intersector, render.film.format, light.sum, rays,
+                                          waiting};
             out.trace(model, ray);
         }
         __syncwarp();

@@ -35,13 +35,15 @@ def test_an_impossible_setting_is_refused_by_its_name(
 
 def test_settings_for_one_tracer_come_before_those_for_one_scene(make_config: Any):
     config = make_config(
-        scene_settings={"lamp": {"seeds_spp": {"path": 64}, "truth_spp": {"path": 512}}},
+        seeds={"spp": {"path": 16, "haste": 4, "whitted": 8}},
+        truth={"spp": {"path": 128, "haste": 4, "whitted": 8}},
+        scene_settings={"lamp": {"seeds_factor": {"path": 4}, "truth_factor": {"path": 0.5}}},
         tracer_settings={"embree": {"seeds_spp": {"path": 2}, "convergence": False}},
     )
     assert config.seeds_spp("lamp", "path", "embree") == 2
     assert config.seeds_spp("lamp", "path", "haste-cpu") == 64
     assert config.seeds_spp("lamp", "haste", "haste-cpu") == config["seeds"]["spp"]["haste"]
-    assert config.truth_spp("lamp", "path") == 512
+    assert config.truth_spp("lamp", "path") == 64
     assert config.converges("lamp", "path", "haste-cpu")
     assert not config.converges("lamp", "path", "embree")
     assert not config.converges("lamp", "whitted", "haste-cpu")
@@ -62,7 +64,7 @@ def test_a_scene_with_a_known_answer_has_its_own_size_and_counts(
     counts = {"path": 1024, "haste": 256, "whitted": 16}
     changes: dict[str, Any] = {
         "answers": {"spp": counts},
-        "scene_settings": {"lamp": {"truth_spp": {"path": 4096}}},
+        "scene_settings": {"lamp": {"truth_factor": {"path": 4}}},
         "tracer_settings": {"embree": {"seeds_spp": {"path": 2}}},
     }
     assert make_config(**changes).resolution("lamp") == (8, 8)
