@@ -5,8 +5,8 @@
 
 namespace haste::cuda {
 
-/// As many threads as the device can hold, each with a private stack, which begin a sample when they
-/// fall idle.
+/// As many threads as the device can hold, each with a private stack, which begin a sample when
+/// they fall idle.
 class PersistentEngine : public Engine {
 public:
     explicit PersistentEngine(const EngineRequest& request);
