@@ -18,6 +18,7 @@ ALL_FEATURES = (1 << 12) - 1
 TRIANGLES, SPHERES, MESH_LIGHTS, AMBIENT = 0, 1, 3, 10
 LEAST = 1 << TRIANGLES | 1 << MESH_LIGHTS | 1 << AMBIENT
 STACK = 16
+WITH_A_STACK = ("depth_first", "persistent")
 WORKERS = 2
 
 
@@ -35,7 +36,7 @@ class Program:
     layered: bool = False
 
     def compile(self, core: ModuleType) -> dict[str, Any]:
-        stack = STACK if self.kernel == "depth_first" and self.model != "path" else 1
+        stack = STACK if self.kernel in WITH_A_STACK and self.model != "path" else 1
         return core.compile_kernel(
             *(self.kernel, self.model, self.precision, self.features, stack),
             *(self.film, self.layered, self.count_rays),
