@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from harness.report import numbers
 from harness.report.figures import legend
@@ -166,6 +167,11 @@ def plot_ladder(rungs: Sequence[Rung]) -> Figure | None:
                     rate.value, row, color=colour_of(tracer), marker=marker_of(tracer), ms=5.0
                 )
             axes.set_xscale("log")
+            lowest, highest = axes.get_xlim()
+            steps = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0) if highest < 10.0 * lowest else (1.0,)
+            axes.xaxis.set_major_locator(LogLocator(subs=steps))
+            axes.xaxis.set_minor_locator(NullLocator())
+            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.set_ylim(len(labels) - 0.5, -0.5)
             axes.set_yticks(range(len(labels)), labels)
             axes.grid(visible=False, axis="y")
