@@ -18,7 +18,7 @@ struct KernelConfig {
     using Model = M<P, F>;
     using Intersector = Bvh2Intersector<P, F>;
     using Sum = FilmSumType;
-    static constexpr u32 stack_capacity = Capacity;  ///< of `depth_first`
+    static constexpr u32 stack_capacity = Capacity;  ///< rays that a private stack holds
     static constexpr bool layered = Layered;  ///< a film a layer, weighted afterwards (equation 8)
     static constexpr bool count = Count;
 };
