@@ -1,20 +1,35 @@
 #include "cuda/device_scene.h"
 
 #include <chrono>
+#include <span>
+
+#include "accel/bvh8_builder.h"
 
 namespace haste::cuda {
 
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+template <class T>
+void DeviceScene::upload(const std::vector<T>& host, DeviceBuffer<T>& buffer, const T*& pointer) {
+    buffer = DeviceBuffer<T>(std::span<const T>(host));
+    pointer = buffer.data();
+    bytes_ += buffer.bytes();
+}
+
 DeviceScene::DeviceScene(const HostScene& scene) : view_(scene.view()) {
     const auto start = std::chrono::steady_clock::now();
-    const auto upload = [this]<class T>(const std::vector<T>& host, DeviceBuffer<T>& buffer,
-                                        const T*& pointer) {
-        buffer = DeviceBuffer<T>(std::span<const T>(host));
-        pointer = buffer.data();
-        bytes_ += buffer.bytes();
-    };
     const SceneArrays& arrays = scene.arrays();
-    upload(scene.nodes(), nodes_, view_.nodes);
-    upload(scene.records(), records_, view_.records);
+    view_.nodes = nullptr;
+    view_.parents = nullptr;
+    view_.records = nullptr;
+    view_.wide_nodes = nullptr;
+    view_.wide_records = nullptr;
     upload(arrays.vertices, vertices_, view_.vertices);
     upload(arrays.normals, normals_, view_.normals);
     upload(arrays.triangles, triangles_, view_.triangles);
@@ -26,8 +41,35 @@ DeviceScene::DeviceScene(const HostScene& scene) : view_(scene.view()) {
     upload(arrays.materials, materials_, view_.materials);
     upload(arrays.lights, lights_, view_.lights);
     upload(scene.light_cdf(), light_cdf_, view_.light_cdf);
-    upload_seconds_ =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    upload_seconds_ = seconds_since(start);
+}
+
+bool DeviceScene::has(TraversalKind traversal) const {
+    switch (traversal) {
+        case TraversalKind::bvh2:
+            return view_.nodes != nullptr;
+        case TraversalKind::bvh2_stackless:
+            return view_.nodes != nullptr && view_.parents != nullptr;
+        case TraversalKind::bvh8:
+            return view_.wide_nodes != nullptr;
+        default:
+            return true;
+    }
+}
+
+double DeviceScene::prepare(const HostScene& scene, TraversalKind traversal) {
+    const auto start = std::chrono::steady_clock::now();
+    const bool stackless = traversal == TraversalKind::bvh2_stackless;
+    if ((traversal == TraversalKind::bvh2 || stackless) && view_.nodes == nullptr) {
+        upload(scene.nodes(), nodes_, view_.nodes);
+        upload(scene.records(), records_, view_.records);
+    }
+    if (stackless && view_.parents == nullptr) upload(scene.parents(), parents_, view_.parents);
+    if (traversal == TraversalKind::bvh8 && view_.wide_nodes == nullptr) {
+        upload(scene.bvh8().nodes, wide_nodes_, view_.wide_nodes);
+        upload(scene.bvh8().records, wide_records_, view_.wide_records);
+    }
+    return seconds_since(start);
 }
 
 }  // namespace haste::cuda
