@@ -267,8 +267,8 @@ private:
             const Box& box = children[i].subtree.box;
             for (u32 slot = 0; slot < bvh8_width; ++slot) {
                 for (int k = 0; k < 3; ++k) {
-                    const float offset = (box.lower[k] - whole.lower[k]) -
-                                         (whole.upper[k] - box.upper[k]);
+                    const float offset =
+                        (box.lower[k] - whole.lower[k]) - (whole.upper[k] - box.upper[k]);
                     along[i][slot] += slot & (1u << k) ? offset : -offset;
                 }
             }
@@ -311,8 +311,8 @@ private:
                 if (in_slot[slot] < 0) continue;
                 const Box& box = children[std::size_t(in_slot[slot])].subtree.box;
                 const u32 shift = 8 * (slot % 4);
-                node.lower[k][slot / 4] |= grid.lower(box.lower[k]) << shift;
-                node.upper[k][slot / 4] |= grid.upper(box.upper[k]) << shift;
+                node.planes[0][k][slot / 4] |= grid.lower(box.lower[k]) << shift;
+                node.planes[1][k][slot / 4] |= grid.upper(box.upper[k]) << shift;
             }
         }
         return node;
@@ -323,9 +323,8 @@ private:
         const auto first = std::ptrdiff_t(built_.records.size());
         append_records(subtree);
         const auto begin = built_.records.begin() + first;
-        std::sort(begin, built_.records.end(), [](const auto& a, const auto& b) {
-            return a.primitive < b.primitive;
-        });
+        std::sort(begin, built_.records.end(),
+                  [](const auto& a, const auto& b) { return a.primitive < b.primitive; });
         built_.records.erase(
             std::unique(begin, built_.records.end(),
                         [](const auto& a, const auto& b) { return a.primitive == b.primitive; }),

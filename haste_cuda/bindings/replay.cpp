@@ -88,8 +88,8 @@ QueryKind query_kind(bool any_hit) { return any_hit ? QueryKind::any_hit : Query
 
 nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& directions,
                       const Reals& t_min, const Reals& t_max, bool any_hit,
-                      const std::string& intersector, const std::string& traversal,
-                      int threads, int repeats, bool count) {
+                      const std::string& intersector, const std::string& traversal, int threads,
+                      int repeats, bool count) {
     if (intersector != "haste" && intersector != "embree") {
         throw std::invalid_argument("intersector must be one of embree, haste, not " + intersector);
     }
@@ -100,9 +100,9 @@ nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& d
     ReplayOutput output;
     {
         const nb::gil_scoped_release release;
-        output = replay_cpu(
-            scene.host(), queries, query_kind(any_hit), schedule,
-            schedule.intersector == IntersectorKind::embree ? &scene.embree() : nullptr);
+        output =
+            replay_cpu(scene.host(), queries, query_kind(any_hit), schedule,
+                       schedule.intersector == IntersectorKind::embree ? &scene.embree() : nullptr);
     }
     return to_dict(output);
 }
@@ -132,9 +132,7 @@ nb::dict trace_on_cuda(SceneHandle& scene, const Points& origins, const Points& 
 void bind_replay(nb::module_& module) {
     module.def(
         "traversals",
-        [] {
-            return std::vector<std::string>(traversal_names, traversal_names + traversal_count);
-        },
+        [] { return std::vector<std::string>(traversal_names, traversal_names + traversal_count); },
         "Names of the ways to find what a ray hits. All find the same.");
     module.def(
         "default_traversal", [] { return std::string(name_of(default_traversal)); },
@@ -155,8 +153,9 @@ void bind_replay(nb::module_& module) {
         "Seconds that building the hierarchy of a traversal took; builds it on first use.");
     module.def(
         "trace_cpu", &trace_on_cpu, "scene"_a, "origins"_a, "directions"_a, "t_min"_a, "t_max"_a,
-        nb::kw_only(), "any_hit"_a = false, "intersector"_a = "haste", "traversal"_a = name_of(default_traversal),
-        "threads"_a = 0, "repeats"_a = 1, "count"_a = false,
+        nb::kw_only(), "any_hit"_a = false, "intersector"_a = "haste",
+        "traversal"_a = name_of(default_traversal), "threads"_a = 0, "repeats"_a = 1,
+        "count"_a = false,
         "Traces rays for their own sake. Arrays: origins and directions float32 [n, 3], "
         "t_min and t_max float32 [n]. Returns a dict: t (float32 [n], infinity without a "
         "hit within (t_min, t_max]), primitive (uint32 [n], triangles from 0, spheres after "
@@ -164,8 +163,9 @@ void bind_replay(nb::module_& module) {
         "any_hit t is 0 where something is hit, and primitive is not known. With count also nodes "
         "and triangles, visited a ray in the mean. Raises ValueError naming the ray.");
     module.def("trace_cuda", &trace_on_cuda, "scene"_a, "origins"_a, "directions"_a, "t_min"_a,
-               "t_max"_a, nb::kw_only(), "any_hit"_a = false, "traversal"_a = name_of(default_traversal),
-               "block"_a = 128, "repeats"_a = 1, "count"_a = false,
+               "t_max"_a, nb::kw_only(), "any_hit"_a = false,
+               "traversal"_a = name_of(default_traversal), "block"_a = 128, "repeats"_a = 1,
+               "count"_a = false,
                "The same on the GPU. Returns the dict of trace_cpu (seconds of "
                "the kernel, by the device's clock) with compile_seconds, scene_upload_seconds, "
                "upload_seconds and download_seconds (rays and hits), registers. Raises CudaError "

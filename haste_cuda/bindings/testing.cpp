@@ -210,7 +210,8 @@ nb::object bsdf_evaluate(const Material<float>& material, const std::array<float
     return nb::make_tuple(points_to_numpy(values), numpy(std::move(pdf), {n}));
 }
 
-/// The nodes of the compressed BVH as bytes, 80 each, and the primitives in the order of its leaves.
+/// The nodes of the compressed BVH as bytes, 80 each, and the primitives in the order of its
+/// leaves.
 nb::object bvh8_nodes(SceneHandle& scene) {
     const BuiltBvh8& built = scene.host().bvh8();
     const auto* bytes = reinterpret_cast<const u8*>(built.nodes.data());

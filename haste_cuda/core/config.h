@@ -46,8 +46,8 @@ HASTE_HD inline double number_minimum(double a, double b) { return a < b ? a : b
 HASTE_HD inline double number_maximum(double a, double b) { return a > b ? a : b; }
 #endif
 
-/// Operations on bits that one instruction of the platform does: how many are set, and which set bit
-/// is the highest or the lowest (of a word that is not zero).
+/// Operations on bits that one instruction of the platform does: how many are set, and which set
+/// bit is the highest or the lowest (of a word that is not zero).
 #if defined(__CUDA_ARCH__)
 HASTE_HD inline u32 count_bits(u32 x) { return u32(::__popc(int(x))); }
 HASTE_HD inline u32 highest_bit(u32 x) { return 31u - u32(::__clz(int(x))); }
@@ -58,10 +58,11 @@ HASTE_HD inline u32 highest_bit(u32 x) { return 31u - u32(__builtin_clz(x)); }
 HASTE_HD inline u32 lowest_bit(u32 x) { return u32(__builtin_ctz(x)); }
 #endif
 
-/// What GPUs have an instruction for: four bytes out of the eight of (b, a), each chosen by four bits
-/// of the selector, of which three count; and the extremes of three integers.
+/// What GPUs have an instruction for: four bytes out of the eight of (b, a), each chosen by four
+/// bits of the selector, of which three count; and the extremes of three integers.
 #if defined(__CUDA_ARCH__)
 inline constexpr bool on_device = true;
+struct EightFloats;
 HASTE_HD inline u32 choose_bytes(u32 a, u32 b, u32 selector) {
     return ::__byte_perm(a, b, selector);
 }
@@ -69,6 +70,17 @@ HASTE_HD inline i32 least_of_three(i32 a, i32 b, i32 c) { return ::__vimin3_s32(
 HASTE_HD inline i32 greatest_of_three(i32 a, i32 b, i32 c) { return ::__vimax3_s32(a, b, c); }
 #else
 inline constexpr bool on_device = false;
+/// Eight numbers side by side, as the processor's compilers have them; a thread of a GPU is one
+/// lane already.
+using EightFloats = float __attribute__((vector_size(32)));
+inline EightFloats eight_bytes(const u32 (&words)[2]) {
+    using EightWords = u32 __attribute__((vector_size(32)));
+    using EightInts = i32 __attribute__((vector_size(32)));
+    const EightWords both{words[0], words[0], words[0], words[0],
+                          words[1], words[1], words[1], words[1]};
+    const EightWords bytes = (both >> EightWords{0, 8, 16, 24, 0, 8, 16, 24}) & 0xffu;
+    return __builtin_convertvector(EightInts(bytes), EightFloats);
+}
 HASTE_HD inline u32 choose_bytes(u32 a, u32 b, u32 selector) {
     const u64 bytes = u64(b) << 32 | a;
     u32 chosen = 0;

@@ -14,8 +14,8 @@ namespace haste {
 /// What a replay found, one entry a ray.
 struct ReplayOutput {
     std::vector<QueryHit<float>> hits;
-    std::vector<double> seconds;  ///< of each repeat, tracing alone: rays and hits lie in the
-                                  ///< tracer's own memory
+    std::vector<double> seconds;   ///< of each repeat, tracing alone: rays and hits lie in the
+                                   ///< tracer's own memory
     std::optional<Tally> visited;  ///< by all rays together, where they were counted
 };
 

@@ -213,8 +213,7 @@ std::string kernel_source(const ReplaySpecification& specification) {
         throw std::invalid_argument("a replay kernel needs triangles, spheres or both");
     }
     check_traversal(specification.traversal);
-    const std::string query =
-        "haste::QueryKind::" + std::string(query_name(specification.any_hit));
+    const std::string query = "haste::QueryKind::" + std::string(query_name(specification.any_hit));
     const std::string types =
         "haste::Features<" + hexadecimal(features) + "u>, " + std::string(precision.type);
     const std::string signature =

@@ -24,8 +24,7 @@ public:
         parameters_.next = next_.data();
         shape_ = Launch::for_items(parameters.count, block);
         if (!resident) return;
-        shape_.dynamic_shared_bytes =
-            std::size_t(block) * shared_stack_entries * sizeof(Bvh8Group);
+        shape_.dynamic_shared_bytes = std::size_t(block) * shared_stack_entries * sizeof(Bvh8Group);
         const auto fitting = std::size_t(
             multiprocessors * kernel.resident_blocks(block, shape_.dynamic_shared_bytes));
         shape_.blocks = std::min(shape_.blocks, fitting);

@@ -240,5 +240,5 @@ def test_every_repeat_is_timed_and_counting_is_not_among_them() -> None:
         haste_cuda.trace_cpu(scene, *rays, repeats=0)
     with pytest.raises(ValueError, match="Embree does not count"):
         haste_cuda.trace_cpu(scene, *rays, intersector="embree", count=True)
-    with pytest.raises(ValueError, match="traversal must be one of brute_force, bvh2, .* not kd"):
+    with pytest.raises(ValueError, match=r"traversal must be one of brute_force, bvh2, .* not kd"):
         haste_cuda.trace_cpu(scene, *rays, traversal="kd")

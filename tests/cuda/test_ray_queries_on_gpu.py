@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 import haste_cuda
-from haste_cuda import _core
 from harness.scene import Scene, load_scene
 from harness.tracers.haste import to_core
+from haste_cuda import _core
 
 pytestmark = pytest.mark.gpu
 
@@ -62,8 +62,9 @@ def test_hits_on_gpu_and_cpu_are_equal_bit_for_bit(
     unequal = (bits(gpu["t"]) != bits(cpu["t"])) | (gpu["primitive"] != cpu["primitive"])
     first = int(np.argmax(unequal))
     assert not unequal.any(), (
-        f"{name}: {unequal.sum()} of {len(unequal)} rays, the first {first}: t {gpu['t'][first]!r} and "
-        f"{cpu['t'][first]!r}, primitive {gpu['primitive'][first]} and {cpu['primitive'][first]}"
+        f"{name}: {unequal.sum()} of {len(unequal)} rays, the first {first}: "
+        f"t {gpu['t'][first]!r} and {cpu['t'][first]!r}, "
+        f"primitive {gpu['primitive'][first]} and {cpu['primitive'][first]}"
     )
 
 

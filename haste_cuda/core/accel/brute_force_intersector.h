@@ -37,11 +37,16 @@ private:
         if (i < scene_.triangle_count) {
             const u32* corner = scene_.triangles + 3 * u64(i);
             return {scene_.vertices[corner[0]], scene_.vertices[corner[1]],
-                    scene_.vertices[corner[2]], i, scene_.triangle_shape[i], 0};
+                    scene_.vertices[corner[2]], i,
+                    scene_.triangle_shape[i],   0};
         }
         const u32 sphere = i - scene_.triangle_count;
-        return {scene_.sphere_centre[sphere], {scene_.sphere_radius[sphere], 0, 0}, {0, 0, 0},
-                i, scene_.sphere_shape[sphere], 1};
+        return {scene_.sphere_centre[sphere],
+                {scene_.sphere_radius[sphere], 0, 0},
+                {0, 0, 0},
+                i,
+                scene_.sphere_shape[sphere],
+                1};
     }
 
     const SceneView<Real>& scene_;

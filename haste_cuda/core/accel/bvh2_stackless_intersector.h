@@ -40,8 +40,7 @@ public:
             const Real enter = side == 0 ? enter0 : enter1;
             const u32 child = side == 0 ? node.child[0] : node.child[1];
             const u32 count = side == 0 ? node.count[0] : node.count[1];
-            const bool down =
-                from != 1 - near && enter < Numeric<Real>::infinity && enter <= t_max;
+            const bool down = from != 1 - near && enter < Numeric<Real>::infinity && enter <= t_max;
             if (down && count == 0) {
                 node_index = child;
                 from = from_above;

@@ -10,8 +10,8 @@ namespace haste {
 /// slabs padded as `PaddedRay` says.
 ///
 /// A plane is never decoded: with i the inverse direction and s the grid's step, byte q of a slab
-/// lies at t = q (s i) + (origin - o) i, one fused operation. Beside the rounding that the padding
-/// covers, the device loses up to 2^-8 of a step there, half of `plane_margin`.
+/// lies at t = q (s i) + (origin - o) i. Beside the rounding that the padding covers, the GPU loses
+/// up to 2^-8 of a step there, half of `plane_margin`.
 struct Bvh8NodeTest {
     PaddedRay<float> ray;
     u32 octant;  ///< bit a: the ray does not go backwards along axis a
@@ -24,11 +24,12 @@ struct Bvh8NodeTest {
 
     /// What the ray hits within (t_min, t_max], as if every slot held both an inner node and a leaf
     /// of three primitives: bit 24 + i and bits 3 i to 3 i + 2 for slot i.
+    template <bool OnDevice = on_device>
     HASTE_HD u32 hits(const Bvh8Node& node, float t_min, float t_max) const {
-        if constexpr (on_device) {
+        if constexpr (OnDevice) {
             return hits_slot_by_slot(node, t_min, t_max);
         } else {
-            return hits_side_by_side(node, t_min, t_max);
+            return hits_side_by_side<EightFloats>(node, t_min, t_max);
         }
     }
 
@@ -44,8 +45,10 @@ struct Bvh8NodeTest {
         for (int axis = 0; axis < 3; ++axis) {
             const bool forwards = octant & (1u << axis);
             for (int word = 0; word < 2; ++word) {
-                near[axis][word] = forwards ? node.lower[axis][word] : node.upper[axis][word];
-                far[axis][word] = forwards ? node.upper[axis][word] : node.lower[axis][word];
+                near[axis][word] =
+                    forwards ? node.planes[0][axis][word] : node.planes[1][axis][word];
+                far[axis][word] =
+                    forwards ? node.planes[1][axis][word] : node.planes[0][axis][word];
             }
         }
         const u32 two_to_15 = node.two_to_15;
@@ -61,21 +64,27 @@ struct Bvh8NodeTest {
         return hits;
     }
 
-    /// For the processor: written for the compiler to take eight slots at a time.
+    /// For the processor: eight slots at a time.
+    template <class Floats>
     HASTE_HD u32 hits_side_by_side(const Bvh8Node& node, float t_min, float t_max) const {
-        float near[8], far[8];
-        for (int i = 0; i < 8; ++i) near[i] = t_min;
-        for (int i = 0; i < 8; ++i) far[i] = t_max;
-        clip(node.lower[0], node.upper[0], octant & 1u,
-             {node.origin[0], node.step(0), ray.origin.x, ray.inverse.x, ray.pad.x}, near, far);
-        clip(node.lower[1], node.upper[1], octant & 2u,
-             {node.origin[1], node.step(1), ray.origin.y, ray.inverse.y, ray.pad.y}, near, far);
-        clip(node.lower[2], node.upper[2], octant & 4u,
-             {node.origin[2], node.step(2), ray.origin.z, ray.inverse.z, ray.pad.z}, near, far);
+        Floats near = Floats{} + t_min;
+        Floats far = Floats{} + t_max;
+        const auto clip = [&](int axis, float origin, float inverse, float pad) {
+            const Slabs slabs(node.origin[axis], node.step(axis), origin, inverse, pad);
+            const u32 forwards = (octant >> axis) & 1u;
+            const Floats entries = eight_bytes(node.planes[1 - forwards][axis]);
+            const Floats exits = eight_bytes(node.planes[forwards][axis]);
+            const Floats entry = entries * slabs.step + slabs.near_base;
+            const Floats exit = exits * slabs.step + slabs.far_base;
+            near = entry > near ? entry : near;
+            far = exit < far ? exit : far;
+        };
+        clip(0, ray.origin.x, ray.inverse.x, ray.pad.x);
+        clip(1, ray.origin.y, ray.inverse.y, ray.pad.y);
+        clip(2, ray.origin.z, ray.inverse.z, ray.pad.z);
+        const auto inside = near <= far;
         u32 hits = 0;
-        for (u32 i = 0; i < 8; ++i) {
-            hits |= (near[i] <= far[i] ? 1u : 0u) * ((1u << (24 + i)) | (7u << (3 * i)));
-        }
+        for (u32 i = 0; i < 8; ++i) hits |= u32(inside[i]) & (1u << (24 + i) | 7u << (3 * i));
         return hits;
     }
 
@@ -132,18 +141,6 @@ private:
         const i32 enter = greatest_of_three(bits(near_x), bits(near_y), near_z_or_start);
         const i32 leave = least_of_three(bits(far_x), bits(far_y), far_z_or_end);
         if (enter <= leave) hits |= (1u << (24 + Slot)) | (7u << (3 * Slot));
-    }
-
-    HASTE_HD static void clip(const u32 (&lower)[2], const u32 (&upper)[2], bool forwards,
-                     const Slabs& slabs, float (&near)[8], float (&far)[8]) {
-        const auto* entries = reinterpret_cast<const u8*>(forwards ? lower : upper);
-        const auto* exits = reinterpret_cast<const u8*>(forwards ? upper : lower);
-        for (int i = 0; i < 8; ++i) {
-            const float entry = fma(float(entries[i]), slabs.step, slabs.near_base);
-            const float exit = fma(float(exits[i]), slabs.step, slabs.far_base);
-            near[i] = entry > near[i] ? entry : near[i];
-            far[i] = exit < far[i] ? exit : far[i];
-        }
     }
 };
 

@@ -30,16 +30,16 @@ public:
     }
 
     HASTE_HD bool occluded(const ShadowRay<Real>& ray) const {
-        return traversal().traverse(
-            ray.origin, ray.direction, AtOrigin(), ray.t_max,
-            [&](u32, u32 shape, const PrimitiveHit<Real>& hit, Real&) {
-                return hit.t < ray.t_max && shape != ray.owner;
-            });
+        return traversal().traverse(ray.origin, ray.direction, AtOrigin(), ray.t_max,
+                                    [&](u32, u32 shape, const PrimitiveHit<Real>& hit, Real&) {
+                                        return hit.t < ray.t_max && shape != ray.owner;
+                                    });
     }
 
     HASTE_HD bool any_hit(const RayQuery<Real>& query) const {
-        return traversal().traverse(query.origin, query.direction, query.t_min, query.t_max,
-                                    [](u32, u32, const PrimitiveHit<Real>&, Real&) { return true; });
+        return traversal().traverse(
+            query.origin, query.direction, query.t_min, query.t_max,
+            [](u32, u32, const PrimitiveHit<Real>&, Real&) { return true; });
     }
 
 private:
@@ -73,9 +73,8 @@ HASTE_HD PrimitiveHit<typename P::Real> test_primitive(
     const Vec3<typename P::Real>& origin, const Vec3<typename P::Real>& direction,
     typename P::Real t_min) {
     if constexpr (F::triangles && F::spheres) {
-        return record.is_sphere
-                   ? intersect_sphere(origin, direction, record.v0, record.v1.x, t_min)
-                   : triangle_test.hit(record.v0, record.v1, record.v2);
+        return record.is_sphere ? intersect_sphere(origin, direction, record.v0, record.v1.x, t_min)
+                                : triangle_test.hit(record.v0, record.v1, record.v2);
     } else if constexpr (F::spheres) {
         return intersect_sphere(origin, direction, record.v0, record.v1.x, t_min);
     } else {

@@ -20,10 +20,9 @@ struct alignas(16) Bvh8Node {
     u32 frame;  ///< bytes 0 to 2: biased exponents e of the grid's steps; byte 3: `inner`
     u32 first_child;
     u32 first_primitive;
-    u32 primitives;  ///< 24 bits
-    u32 two_to_15;   ///< its bits as a float, from which `Bvh8NodeTest` makes planes
-    u32 lower[3][2];  ///< of each axis, slots 0 to 3 and 4 to 7, a byte each
-    u32 upper[3][2];
+    u32 primitives;       ///< 24 bits
+    u32 two_to_15;        ///< its bits as a float, from which `Bvh8NodeTest` makes planes
+    u32 planes[2][3][2];  ///< lower, upper; of each axis; slots 0 to 3, 4 to 7, a byte each
 
     HASTE_HD u32 inner() const { return frame >> 24; }
     HASTE_HD float step(int axis) const {

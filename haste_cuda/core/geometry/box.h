@@ -14,9 +14,9 @@ namespace haste {
 /// Let R_a be the distance of the scene's farther face from the origin along axis a, k the main
 /// axis of the direction d and T = max R / |d_k|, which no t of a hit exceeds. The tests of
 /// triangles and spheres find points that are off by at most 25 u (R_a + |d_a| T) along a, where u
-/// is the unit roundoff; the slab test's own operations add 5 u of the same. In t that is
-/// 32 u (R_a / |d_a| + T), with some room. It covers ties and t_max as well: the t of a hit is never
-/// below the padded entry.
+/// is the unit roundoff; the slab test's own operations add 8 u of the same. In t that is
+/// 40 u (R_a / |d_a| + T), with some room. It covers ties and t_max as well: the t of a hit is
+/// never below the padded entry.
 ///
 /// A component of d that is next to nothing is taken for `least_slope` |d_k|, which moves the ray
 /// by at most the difference times T: no infinity and no NaN comes up.
@@ -26,8 +26,7 @@ struct PaddedRay {
     Vec3<Real> inverse;
     Vec3<Real> pad;  ///< in t, not negative
 
-    HASTE_HD PaddedRay(const Vec3<Real>& ray_origin, const Vec3<Real>& direction,
-                       const Box& bounds)
+    HASTE_HD PaddedRay(const Vec3<Real>& ray_origin, const Vec3<Real>& direction, const Box& bounds)
         : origin(ray_origin) {
         const Vec3<Real> reach{axis_reach(bounds.lower[0], bounds.upper[0], origin.x),
                                axis_reach(bounds.lower[1], bounds.upper[1], origin.y),
@@ -51,7 +50,7 @@ private:
         const Real positive = Real(1) / maximum(size, least);
         const Real moved = maximum(Real(1) - size * positive, Real(0));
         inverse = direction < Real(0) ? -positive : positive;
-        pad = fma(gamma_bound<Real>(32), fma(reach, positive, farthest), moved * farthest);
+        pad = fma(gamma_bound<Real>(40), fma(reach, positive, farthest), moved * farthest);
     }
 };
 

@@ -97,20 +97,15 @@ __device__ inline Bvh8Node load_node(const Bvh8Node* nodes, u32 index) {
             b.y,
             b.z,
             b.w,
-            {{c.x, c.y}, {c.z, c.w}, {d.x, d.y}},
-            {{d.z, d.w}, {e.x, e.y}, {e.z, e.w}}};
+            {{{c.x, c.y}, {c.z, c.w}, {d.x, d.y}}, {{d.z, d.w}, {e.x, e.y}, {e.z, e.w}}}};
 }
 
 __device__ inline PrimitiveRecord<float> load_record(const PrimitiveRecord<float>* records,
                                                      u32 index) {
     const auto* words = reinterpret_cast<const float4*>(records + index);
     const float4 a = __ldg(words), b = __ldg(words + 1), c = __ldg(words + 2);
-    return {{a.x, a.y, a.z},
-            {a.w, b.x, b.y},
-            {b.z, b.w, c.x},
-            float_bits(c.y),
-            float_bits(c.z),
-            float_bits(c.w)};
+    return {{a.x, a.y, a.z}, {a.w, b.x, b.y}, {b.z, b.w, c.x},
+            float_bits(c.y), float_bits(c.z), float_bits(c.w)};
 }
 
 /// Rays are read once: they must not drive the hierarchy out of the caches.
@@ -121,8 +116,7 @@ __device__ inline RayQuery<float> load_query(const RayQuery<float>* queries, u32
 }
 
 __device__ inline void store_hit(QueryHit<float>* hits, u32 index, const QueryHit<float>& hit) {
-    __stcs(reinterpret_cast<float2*>(hits + index),
-           float2{hit.t, bits_float(hit.primitive)});
+    __stcs(reinterpret_cast<float2*>(hits + index), float2{hit.t, bits_float(hit.primitive)});
 }
 
 /// What a lane knows of its ray.
@@ -219,7 +213,8 @@ __device__ void replay_resident(const ReplayParams& parameters) {
                     stack.push({primitives.first, primitives.waiting});
                     primitives.waiting = 0;
                 }
-                if (primitives.waiting != 0 && ray.test(load_record(scene.wide_records, primitives.pop()))) {
+                if (primitives.waiting != 0 &&
+                    ray.test(load_record(scene.wide_records, primitives.pop()))) {
                     primitives.waiting = 0;
                     group.bits = 0;
                     stack.clear();
