@@ -73,13 +73,13 @@ inline constexpr bool on_device = false;
 /// Eight numbers side by side, as the processor's compilers have them; a thread of a GPU is one
 /// lane already.
 using EightFloats = float __attribute__((vector_size(32)));
-inline EightFloats eight_bytes(const u32 (&words)[2]) {
+inline void eight_bytes(const u32 (&words)[2], EightFloats& numbers) {
     using EightWords = u32 __attribute__((vector_size(32)));
     using EightInts = i32 __attribute__((vector_size(32)));
     const EightWords both{words[0], words[0], words[0], words[0],
                           words[1], words[1], words[1], words[1]};
     const EightWords bytes = (both >> EightWords{0, 8, 16, 24, 0, 8, 16, 24}) & 0xffu;
-    return __builtin_convertvector(EightInts(bytes), EightFloats);
+    numbers = __builtin_convertvector(EightInts(bytes), EightFloats);
 }
 HASTE_HD inline u32 choose_bytes(u32 a, u32 b, u32 selector) {
     const u64 bytes = u64(b) << 32 | a;

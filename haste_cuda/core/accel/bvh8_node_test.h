@@ -72,8 +72,9 @@ struct Bvh8NodeTest {
         const auto clip = [&](int axis, float origin, float inverse, float pad) {
             const Slabs slabs(node.origin[axis], node.step(axis), origin, inverse, pad);
             const u32 forwards = (octant >> axis) & 1u;
-            const Floats entries = eight_bytes(node.planes[1 - forwards][axis]);
-            const Floats exits = eight_bytes(node.planes[forwards][axis]);
+            Floats entries, exits;
+            eight_bytes(node.planes[1 - forwards][axis], entries);
+            eight_bytes(node.planes[forwards][axis], exits);
             const Floats entry = entries * slabs.step + slabs.near_base;
             const Floats exit = exits * slabs.step + slabs.far_base;
             near = entry > near ? entry : near;
