@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <span>
 #include <stdexcept>
 
 #include "accel/sha256.h"
@@ -21,14 +22,12 @@ namespace haste {
 
 namespace {
 
-constexpr u32 max_leaf_size = 4;
-
 /// What the builder's callbacks allocate: an inner node, or a leaf where `count` > 0.
 struct BuildNode {
     RTCBounds bounds[2];
     BuildNode* child[2];
     u32 count;
-    u32 primitive[max_leaf_size];
+    u32 primitive[max_bvh2_leaf];
 };
 
 Box box_of(const RTCBounds& b) {
@@ -46,12 +45,26 @@ float up(double x) {
     return double(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
 }
 
+Box bounds_of(std::span<const RTCBuildPrimitive> primitives) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    Box bounds{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for (const RTCBuildPrimitive& p : primitives) {
+        const float lower[3] = {p.lower_x, p.lower_y, p.lower_z};
+        const float upper[3] = {p.upper_x, p.upper_y, p.upper_z};
+        for (int k = 0; k < 3; ++k) {
+            bounds.lower[k] = std::min(bounds.lower[k], lower[k]);
+            bounds.upper[k] = std::max(bounds.upper[k], upper[k]);
+        }
+    }
+    return bounds;
+}
+
 class Builder {
 public:
     Builder(const SceneArrays& arrays)
         : arrays_(arrays), triangles_(arrays.triangle_shape.size()) {}
 
-    BuiltBvh build(int threads) {
+    BuiltBvh build(int threads, const BuildQuality& quality) {
         const Stopwatch watch;
         const ThreadLimit limit(threads);
         const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(
@@ -61,7 +74,8 @@ public:
                                                                       rtcReleaseBVH);
         std::vector<RTCBuildPrimitive> primitives = build_primitives();
         const std::size_t count = primitives.size();
-        primitives.resize(2 * count);
+        built_.bounds = bounds_of(primitives);
+        primitives.resize(count + std::size_t(quality.most_splits * double(count)));
 
         RTCBuildArguments arguments = rtcDefaultBuildArguments();
         arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
@@ -69,7 +83,7 @@ public:
         arguments.maxDepth = max_bvh_depth;
         arguments.sahBlockSize = 1;
         arguments.minLeafSize = 1;
-        arguments.maxLeafSize = max_leaf_size;
+        arguments.maxLeafSize = quality.max_leaf;
         arguments.traversalCost = 1.0f;
         arguments.intersectionCost = 1.0f;
         arguments.bvh = bvh.get();
@@ -228,34 +242,37 @@ private:
 
     void lay_out(const BuildNode& root) {
         if (root.count == 0) {
-            lay_out_inner(root, 1);
+            lay_out_inner(root, 1, 0);
             return;
         }
         // A tree that is one leaf still begins with a node; its other box holds nothing.
         constexpr float infinity = std::numeric_limits<float>::infinity();
         Bvh2Node node{};
-        node.box[0] = {{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+        node.box[0] = built_.bounds;
         node.box[1] = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
         node.count[0] = root.count;
         node.count[1] = 1;
         add_leaf(root);
         built_.nodes.push_back(node);
+        built_.parents.push_back(0);
         built_.info.depth = 1;
     }
 
-    u32 lay_out_inner(const BuildNode& inner, u32 depth) {
+    u32 lay_out_inner(const BuildNode& inner, u32 depth, u32 parent) {
         if (depth > max_bvh_depth) {
             throw std::runtime_error("the BVH is deeper than " + std::to_string(max_bvh_depth));
         }
         built_.info.depth = std::max(built_.info.depth, depth);
         const u32 index = u32(built_.nodes.size());
         built_.nodes.emplace_back();
+        built_.parents.push_back(parent);
         Bvh2Node node{};
-        for (int i = 0; i < 2; ++i) {
+        for (u32 i = 0; i < 2; ++i) {
             const BuildNode& child = *inner.child[i];
             node.box[i] = box_of(inner.bounds[i]);
             node.count[i] = child.count;
-            node.child[i] = child.count > 0 ? add_leaf(child) : lay_out_inner(child, depth + 1);
+            node.child[i] =
+                child.count > 0 ? add_leaf(child) : lay_out_inner(child, depth + 1, 2 * index + i);
         }
         built_.nodes[index] = node;
         return index;
@@ -289,8 +306,8 @@ private:
 
 }  // namespace
 
-BuiltBvh build_bvh2(const SceneArrays& arrays, int threads) {
-    return Builder(arrays).build(threads);
+BuiltBvh build_bvh2(const SceneArrays& arrays, int threads, const BuildQuality& quality) {
+    return Builder(arrays).build(threads, quality);
 }
 
 }  // namespace haste

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "accel/bvh_builder.h"
+#include "accel/bvh8_builder.h"
 
 namespace haste {
 
@@ -25,14 +25,45 @@ void check_index(const char* array, std::size_t i, u32 index, std::size_t size) 
 
 }  // namespace
 
-HostScene::HostScene(SceneArrays arrays, int threads) : arrays_(std::move(arrays)) {
+HostScene::HostScene(SceneArrays arrays, int threads)
+    : arrays_(std::move(arrays)), threads_(threads) {
     validate();
     complete_lights();
     find_features();
     BuiltBvh built = build_bvh2(arrays_, threads);
+    bounds_ = built.bounds;
     nodes_ = std::move(built.nodes);
+    parents_ = std::move(built.parents);
     records_ = std::move(built.records);
     bvh_ = std::move(built.info);
+}
+
+HostScene::~HostScene() = default;
+
+const BuiltBvh8& HostScene::bvh8() const {
+    std::call_once(bvh8_once_, [this] {
+        // Single primitives, of which the collapse makes leaves; few splits, for every copy of a
+        // triangle is 48 bytes.
+        const BuildQuality quality{.max_leaf = 1, .most_splits = 0.05};
+        bvh8_ = std::make_unique<BuiltBvh8>(build_bvh8(build_bvh2(arrays_, threads_, quality)));
+    });
+    return *bvh8_;
+}
+
+BvhInfo HostScene::bvh(TraversalKind traversal) const {
+    switch (traversal) {
+        case TraversalKind::brute_force:
+            return {};
+        case TraversalKind::bvh2:
+            return bvh_;
+        case TraversalKind::bvh2_stackless: {
+            BvhInfo info = bvh_;
+            info.bytes += parents_.size() * sizeof(u32);
+            return info;
+        }
+        default:
+            return bvh8().info;
+    }
 }
 
 void HostScene::validate() const {
@@ -141,11 +172,17 @@ void HostScene::find_features() {
     require(!is_zero(a.environment), feature_environment);
 }
 
-SceneView<float> HostScene::view() const {
+SceneView<float> HostScene::view(TraversalKind traversal) const {
     const SceneArrays& a = arrays_;
-    SceneView<float> view;
+    SceneView<float> view{};
+    view.bounds = bounds_;
     view.nodes = nodes_.data();
+    view.parents = parents_.data();
     view.records = records_.data();
+    if (traversal == TraversalKind::bvh8) {
+        view.wide_nodes = bvh8().nodes.data();
+        view.wide_records = bvh8().records.data();
+    }
     view.vertices = a.vertices.data();
     view.normals = a.normals.data();
     view.triangles = a.triangles.data();

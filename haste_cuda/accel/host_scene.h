@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
+#include "core/accel/traversal.h"
 #include "core/base/features.h"
 #include "core/base/scene_view.h"
 #include "core/base/settings.h"
@@ -40,18 +43,28 @@ struct BvhInfo {
     std::string sha256;  ///< of nodes and record order: films are comparable where it is equal
 };
 
-/// A validated scene in host memory with its BVH: the owner behind a `SceneView`.
+struct BuiltBvh8;
+
+/// A validated scene in host memory with its hierarchies: the owner behind a `SceneView`.
 class HostScene {
 public:
-    /// Throws std::invalid_argument naming the array and element that is wrong.
+    /// Builds the binary BVH. Throws std::invalid_argument naming the array and element that is
+    /// wrong.
     HostScene(SceneArrays arrays, int threads);
+    ~HostScene();
 
-    [[nodiscard]] SceneView<float> view() const;
+    /// What the traversal reads; builds the hierarchy that it needs on first use.
+    [[nodiscard]] SceneView<float> view(TraversalKind traversal = default_traversal) const;
     [[nodiscard]] u32 features() const { return features_; }
     [[nodiscard]] const BvhInfo& bvh() const { return bvh_; }
+    /// Of the hierarchy of a traversal; builds it on first use.
+    [[nodiscard]] BvhInfo bvh(TraversalKind traversal) const;
     [[nodiscard]] const SceneArrays& arrays() const { return arrays_; }
     [[nodiscard]] const std::vector<Bvh2Node>& nodes() const { return nodes_; }
+    [[nodiscard]] const std::vector<u32>& parents() const { return parents_; }
     [[nodiscard]] const std::vector<PrimitiveRecord<float>>& records() const { return records_; }
+    /// Built on first use.
+    [[nodiscard]] const BuiltBvh8& bvh8() const;
     [[nodiscard]] const std::vector<float>& light_cdf() const { return light_cdf_; }
 
     /// The film's unit: 2^10 of head-room over the brightest emitter.
@@ -67,10 +80,15 @@ private:
     void find_features();
 
     SceneArrays arrays_;
+    int threads_;
     std::vector<float> light_cdf_;
+    Box bounds_;
     std::vector<Bvh2Node> nodes_;
+    std::vector<u32> parents_;
     std::vector<PrimitiveRecord<float>> records_;
     BvhInfo bvh_;
+    mutable std::once_flag bvh8_once_;
+    mutable std::unique_ptr<const BuiltBvh8> bvh8_;
     u32 features_ = 0;
 };
 

@@ -9,9 +9,10 @@
 #include <tuple>
 #include <utility>
 
+#include "accel/bvh8_builder.h"
 #include "bindings/arrays.h"
 #include "bindings/bindings.h"
-#include "core/accel/bvh2_intersector.h"
+#include "core/accel/traversal.h"
 #include "core/engine/admission.h"
 #include "core/geometry/surface.h"
 #include "core/model/phong_bsdf.h"
@@ -101,7 +102,7 @@ nb::object closest(SceneHandle& scene, const Points& origins, const Points& dire
     std::vector<float> b(2 * n);
     std::vector<u32> primitive(n);
     const SceneView<float> view = scene.host().view();
-    const Bvh2Intersector<Watertight, EveryFeature> ours(view);
+    const DefaultIntersector<Watertight, EveryFeature> ours(view);
     const EmbreeScene* embree = intersector == "embree" ? &scene.embree() : nullptr;
     for (std::size_t i = 0; i < n; ++i) {
         const Ray<float> ray = bare_ray(point(origins, i), point(directions, i));
@@ -121,7 +122,7 @@ nb::object occluded(SceneHandle& scene, const Points& origins, const Points& dir
     const std::size_t n = origins.shape(0);
     std::vector<u8> blocked(n);
     const SceneView<float> view = scene.host().view();
-    const Bvh2Intersector<Watertight, EveryFeature> ours(view);
+    const DefaultIntersector<Watertight, EveryFeature> ours(view);
     const EmbreeScene* embree = intersector == "embree" ? &scene.embree() : nullptr;
     for (std::size_t i = 0; i < n; ++i) {
         ShadowRay<float> ray{};
@@ -140,7 +141,7 @@ nb::object spawn(SceneHandle& scene, const Points& origins, const Points& direct
     require_same(origins.shape(0), directions.shape(0));
     require_same(origins.shape(0), next.shape(0));
     const SceneView<float> view = scene.host().view();
-    const Bvh2Intersector<Watertight, EveryFeature> intersector(view);
+    const DefaultIntersector<Watertight, EveryFeature> intersector(view);
     std::vector<Vec3f> points;
     std::vector<Vec3f> normals;
     std::vector<Vec3f> starts;
@@ -193,6 +194,21 @@ nb::object bsdf_evaluate(const Material<float>& material, const std::array<float
     return nb::make_tuple(points_to_numpy(values), to_numpy(std::move(pdf), {n}));
 }
 
+/// The nodes of the compressed BVH as bytes, 80 each, and the primitives in the order of its
+/// leaves.
+nb::object bvh8_nodes(SceneHandle& scene) {
+    const BuiltBvh8& built = scene.host().bvh8();
+    const auto* bytes = reinterpret_cast<const u8*>(built.nodes.data());
+    std::vector<u8> nodes(bytes, bytes + built.nodes.size() * sizeof(Bvh8Node));
+    std::vector<u32> primitives;
+    for (const PrimitiveRecord<float>& record : built.records) {
+        primitives.push_back(record.primitive);
+    }
+    const std::size_t records = primitives.size();
+    return nb::make_tuple(numpy(std::move(nodes), {built.nodes.size(), sizeof(Bvh8Node)}),
+                          numpy(std::move(primitives), {records}));
+}
+
 nb::object lifo_need(u32 generations, u32 children) {
     return nb::int_(RayTree{generations, children}.lifo_need());
 }
@@ -232,6 +248,7 @@ void bind_testing(nb::module_& parent) {
     module.def("spawn", &spawn, "scene"_a, "origins"_a, "directions"_a, "next"_a);
     module.def("bsdf_sample", &bsdf_sample, "material"_a, "view"_a, "numbers"_a);
     module.def("bsdf_evaluate", &bsdf_evaluate, "material"_a, "view"_a, "directions"_a);
+    module.def("bvh8_nodes", &bvh8_nodes, "scene"_a);
     module.def("lifo_need", &lifo_need, "generations"_a, "children"_a);
     module.def("next_packet", &next_packet, "tree"_a, "capacity"_a, "packet"_a, "pending"_a,
                "unborn"_a);

@@ -10,7 +10,7 @@ namespace haste {
 /// spawned rays, in one type that is passed as a template parameter.
 ///
 /// `Watertight` (the default): single precision, Woop's test with compensated edge functions, boxes
-/// padded after Ize, offsets bounded by the error of the reconstruction.
+/// padded by what these tests may be off, offsets bounded by the error of the reconstruction.
 struct Watertight {
     using Real = float;
     using TriangleTest = WoopTest<float>;

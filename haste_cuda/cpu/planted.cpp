@@ -41,7 +41,7 @@ public:
 
 private:
     const SceneView<float>& scene_;
-    Bvh2Intersector<Watertight, EveryFeature> inner_;
+    DefaultIntersector<Watertight, EveryFeature> inner_;
     bool glass_is_clear_;
 };
 

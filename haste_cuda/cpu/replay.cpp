@@ -1,10 +1,12 @@
 #include "cpu/replay.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "core/accel/bvh2_intersector.h"
 #include "core/precision.h"
 #include "cpu/replay_loop.h"
 #include "host/stopwatch.h"
@@ -23,19 +25,59 @@ bool finite(const Vec3f& v) {
 }
 
 void run(ReplayLoop loop, const void* intersector, std::span<const RayQuery<float>> queries,
-         ReplayOutput& output) {
-    const Stopwatch watch;
-    loop(intersector, queries, output.hits);
-    output.seconds = watch.seconds();
+         int repeats, ReplayOutput& output) {
+    for (int i = 0; i < repeats; ++i) {
+        const Stopwatch watch;
+        loop(intersector, queries, output.hits);
+        output.seconds.push_back(watch.seconds());
+    }
 }
 
-template <u32 Kinds>
-void run_on_bvh2(const HostScene& scene, QueryKind kind, std::span<const RayQuery<float>> queries,
-                 ReplayOutput& output) {
-    using I = Bvh2Intersector<Watertight, Features<Kinds>>;
-    const SceneView<float> view = scene.view();
+/// What the rays of a replay visit, on an intersector `I` that counts.
+template <QueryKind Kind, class I>
+Tally count(const SceneView<float>& view, std::span<const RayQuery<float>> queries) {
+    using Range = tbb::blocked_range<std::size_t>;
+    return tbb::parallel_reduce(
+        Range(0, queries.size()), Tally{},
+        [&](const Range& range, Tally tally) {
+            const I intersector(view, &tally);
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                answer<Kind>(intersector, queries[i]);
+            }
+            return tally;
+        },
+        [](const Tally& a, const Tally& b) {
+            return Tally{a.nodes + b.nodes, a.primitives + b.primitives};
+        });
+}
+
+template <TraversalKind K, u32 Kinds>
+void run_on(const HostScene& scene, QueryKind kind, std::span<const RayQuery<float>> queries,
+            const ReplaySchedule& schedule, ReplayOutput& output) {
+    using I = IntersectorOf<K, Watertight, Features<Kinds>>;
+    using Counting = IntersectorOf<K, Watertight, Features<Kinds>, Tally>;
+    const SceneView<float> view = scene.view(K);
     const I intersector(view);
-    run(replay_loop_of<I>(kind), &intersector, queries, output);
+    run(replay_loop_of<I>(kind), &intersector, queries, schedule.repeats, output);
+    if (!schedule.count) return;
+    output.visited = kind == QueryKind::any_hit
+                         ? count<QueryKind::any_hit, Counting>(view, queries)
+                         : count<QueryKind::closest, Counting>(view, queries);
+}
+
+template <TraversalKind K>
+void run_on(const HostScene& scene, QueryKind kind, std::span<const RayQuery<float>> queries,
+            const ReplaySchedule& schedule, ReplayOutput& output) {
+    switch (scene.features() & (feature_triangles | feature_spheres)) {
+        case feature_triangles:
+            run_on<K, feature_triangles>(scene, kind, queries, schedule, output);
+            break;
+        case feature_spheres:
+            run_on<K, feature_spheres>(scene, kind, queries, schedule, output);
+            break;
+        default:
+            run_on<K, feature_triangles | feature_spheres>(scene, kind, queries, schedule, output);
+    }
 }
 
 }  // namespace
@@ -53,26 +95,38 @@ void check_queries(std::span<const RayQuery<float>> queries) {
     }
 }
 
+void check_repeats(int repeats) {
+    if (repeats < 1) throw std::invalid_argument("repeats must be at least 1");
+}
+
 ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>> queries,
                         QueryKind kind, const ReplaySchedule& schedule, const void* embree_scene) {
     if (schedule.threads < 0) throw std::invalid_argument("threads must not be negative");
+    check_repeats(schedule.repeats);
+    if (schedule.count && schedule.intersector == IntersectorKind::embree) {
+        throw std::invalid_argument("Embree does not count what it visits");
+    }
     check_queries(queries);
     const ThreadLimit limit(schedule.threads);
     ReplayOutput output;
     output.hits.resize(queries.size());
     if (schedule.intersector == IntersectorKind::embree) {
-        run(embree_replay(kind), embree_scene, queries, output);
+        run(embree_replay(kind), embree_scene, queries, schedule.repeats, output);
         return output;
     }
-    switch (scene.features() & (feature_triangles | feature_spheres)) {
-        case feature_triangles:
-            run_on_bvh2<feature_triangles>(scene, kind, queries, output);
+    switch (schedule.traversal) {
+        case TraversalKind::brute_force:
+            run_on<TraversalKind::brute_force>(scene, kind, queries, schedule, output);
             break;
-        case feature_spheres:
-            run_on_bvh2<feature_spheres>(scene, kind, queries, output);
+        case TraversalKind::bvh2:
+            run_on<TraversalKind::bvh2>(scene, kind, queries, schedule, output);
             break;
-        default:
-            run_on_bvh2<feature_triangles | feature_spheres>(scene, kind, queries, output);
+        case TraversalKind::bvh2_stackless:
+            run_on<TraversalKind::bvh2_stackless>(scene, kind, queries, schedule, output);
+            break;
+        case TraversalKind::bvh8:
+            run_on<TraversalKind::bvh8>(scene, kind, queries, schedule, output);
+            break;
     }
     return output;
 }

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/accel/tally.h"
+#include "core/accel/traversal.h"
 #include "core/engine/replay.h"
 #include "cpu/render.h"
 
@@ -11,18 +14,26 @@ namespace haste {
 /// What a replay found, one entry a ray.
 struct ReplayOutput {
     std::vector<QueryHit<float>> hits;
-    double seconds = 0;  ///< tracing alone: rays and hits lie in the tracer's own memory
+    std::vector<double> seconds;   ///< of each repeat, tracing alone: rays and hits lie in the
+                                   ///< tracer's own memory
+    std::optional<Tally> visited;  ///< by all rays together, where they were counted
 };
 
 /// How a replay is run on the processor: it changes no hit.
 struct ReplaySchedule {
     IntersectorKind intersector = IntersectorKind::haste;
-    int threads = 0;  ///< 0: all
+    TraversalKind traversal = default_traversal;  ///< where haste intersects
+    int threads = 0;                              ///< 0: all
+    int repeats = 1;
+    bool count = false;  ///< counts what is visited, in one repeat more that is not timed
 };
 
 /// Throws std::invalid_argument naming the first ray that is not finite, or whose interval
 /// (t_min, t_max] is not one of distances.
 void check_queries(std::span<const RayQuery<float>> queries);
+
+/// Throws std::invalid_argument unless there is something to time.
+void check_repeats(int repeats);
 
 /// Traces rays for their own sake, any number of threads side by side, and nothing is shaded.
 /// `embree_scene` is the EmbreeScene, where Embree intersects.

@@ -167,16 +167,18 @@ void bind_compiler(nb::module_& module) {
         "compile_source.");
     module.def(
         "compile_replay_kernel",
-        [](bool any_hit, const std::string& precision, std::uint32_t features, int architecture,
-           bool use_cache) {
-            return build(kernel_translation(
-                             ReplaySpecification{
-                                 .any_hit = any_hit, .precision = precision, .features = features},
-                             architecture),
+        [](bool any_hit, const std::string& precision, std::uint32_t features,
+           const std::string& traversal, bool count, int architecture, bool use_cache) {
+            return build(kernel_translation(ReplaySpecification{.any_hit = any_hit,
+                                                                .traversal = traversal,
+                                                                .count = count,
+                                                                .precision = precision,
+                                                                .features = features},
+                                            architecture),
                          use_cache);
         },
-        "any_hit"_a, "precision"_a, "features"_a, nb::kw_only(), "architecture"_a,
-        "use_cache"_a = true,
+        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = "bvh2", "count"_a = false,
+        nb::kw_only(), "architecture"_a, "use_cache"_a = true,
         "Compiles the kernel that replays rays, for closest hits or for any hit. See "
         "compile_source.");
     module.def(

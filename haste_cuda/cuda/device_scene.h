@@ -8,16 +8,29 @@ namespace haste::cuda {
 /// A scene in device memory: the owner behind a `SceneView` of device pointers.
 class DeviceScene {
 public:
-    /// Uploads all arrays. A context must be current. Throws CudaError.
+    /// Uploads all arrays but the hierarchies. A context must be current. Throws CudaError.
     explicit DeviceScene(const HostScene& scene);
+
+    /// Whether what the traversal reads is there.
+    [[nodiscard]] bool has(TraversalKind traversal) const;
+
+    /// Uploads what it reads, of which no part need be there; returns the seconds that this took.
+    /// Throws CudaError.
+    double prepare(const HostScene& scene, TraversalKind traversal);
 
     [[nodiscard]] const SceneView<float>& view() const { return view_; }
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
     [[nodiscard]] double upload_seconds() const { return upload_seconds_; }
 
 private:
+    template <class T>
+    void upload(const std::vector<T>& host, DeviceBuffer<T>& buffer, const T*& pointer);
+
     DeviceBuffer<Bvh2Node> nodes_;
+    DeviceBuffer<u32> parents_;
     DeviceBuffer<PrimitiveRecord<float>> records_;
+    DeviceBuffer<Bvh8Node> wide_nodes_;
+    DeviceBuffer<PrimitiveRecord<float>> wide_records_;
     DeviceBuffer<Vec3f> vertices_;
     DeviceBuffer<Vec3f> normals_;
     DeviceBuffer<u32> triangles_;

@@ -7,6 +7,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "core/accel/traversal.h"
 #include "core/base/features.h"
 
 namespace haste::cuda {
@@ -108,6 +109,15 @@ std::uint32_t primitive_features(std::uint32_t features) {
     return features & (feature_triangles | feature_spheres);
 }
 
+void check_traversal(const std::string& name) {
+    std::string known;
+    for (const char* traversal : traversal_names) {
+        if (name == traversal) return;
+        known += (known.empty() ? "" : ", ") + std::string(traversal);
+    }
+    throw std::invalid_argument("haste-cuda has no traversal '" + name + "'; it has " + known);
+}
+
 const char* query_name(bool any_hit) { return any_hit ? "any_hit" : "closest"; }
 
 /// What the compiler needs beside the source.
@@ -135,8 +145,9 @@ std::string KernelSpecification::name() const {
 }
 
 std::string ReplaySpecification::name() const {
-    return std::string("replay ") + query_name(any_hit) + " " + precision +
-           " features=" + hexadecimal(primitive_features(features));
+    return std::string("replay ") + query_name(any_hit) + " " + traversal + " " + precision +
+           " features=" + hexadecimal(primitive_features(features)) +
+           " count=" + (count ? "1" : "0");
 }
 
 void set_include_root(const std::filesystem::path& root) {
@@ -201,21 +212,28 @@ std::string kernel_source(const ReplaySpecification& specification) {
     if (features == 0) {
         throw std::invalid_argument("a replay kernel needs triangles, spheres or both");
     }
-    std::string source = "#include \"cuda/kernels/replay.cuh\"\n";
-    source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
-              "(haste::ReplayParams parameters) {\n";
-    source +=
-        "    haste::replay<haste::QueryKind::" + std::string(query_name(specification.any_hit)) +
-        ", haste::Features<" + hexadecimal(features) + "u>, " + std::string(precision.type) +
-        ">(parameters);\n}\n";
-    return source;
+    check_traversal(specification.traversal);
+    const std::string query = "haste::QueryKind::" + std::string(query_name(specification.any_hit));
+    const std::string types =
+        "haste::Features<" + hexadecimal(features) + "u>, " + std::string(precision.type);
+    const std::string signature =
+        std::string(kernel_entry) + "(const __grid_constant__ haste::ReplayParams parameters) {\n";
+    if (specification.resident()) {
+        return "#include \"cuda/kernels/replay_resident.cuh\"\nextern \"C\" __global__ void " +
+               signature + "    haste::replay_resident<" + query + ", " + types +
+               ">(parameters);\n}\n";
+    }
+    return "#include \"cuda/kernels/replay.cuh\"\nextern \"C\" __global__ void " + signature +
+           "    haste::replay<" + query + ", haste::TraversalKind::" + specification.traversal +
+           ", " + types + ", " + (specification.count ? "true" : "false") + ">(parameters);\n}\n";
 }
 
 Translation kernel_translation(const ReplaySpecification& specification, int architecture) {
     const auto& precision =
         find<PrecisionEntry>(precisions, specification.precision, "kernel for the precision");
     return translation_of(kernel_source(specification),
-                          std::string("replay_") + query_name(specification.any_hit) + ".cu",
+                          std::string("replay_") + query_name(specification.any_hit) + "_" +
+                              specification.traversal + ".cu",
                           precision.options, architecture);
 }
 

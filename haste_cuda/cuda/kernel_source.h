@@ -33,12 +33,18 @@ struct KernelSpecification {
 /// scene only which primitives it has.
 struct ReplaySpecification {
     bool any_hit = false;
+    std::string traversal = "bvh2";
+    bool count = false;  ///< counts what is visited, one thread a ray
     std::string precision = "watertight";
     std::uint32_t features =
         0;  ///< of the scene; those that are not kinds of primitive are ignored
 
-    /// "replay closest watertight features=0x3": names launches and errors.
+    /// "replay closest bvh8 watertight features=0x3 count=0": names launches and errors.
     [[nodiscard]] std::string name() const;
+
+    /// Whether the kernel's warps are resident and take rays from a counter; else it has one thread
+    /// a ray.
+    [[nodiscard]] bool resident() const { return traversal == "bvh8" && !count; }
 };
 
 /// Names the folder that holds core/ and cuda/kernels/: where the kernels' headers are.

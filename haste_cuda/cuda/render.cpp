@@ -62,7 +62,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
                             const Schedule& schedule) {
     check_settings(model, settings, samples, schedule);
     CudaOutput output;
-    output.upload_seconds = state_->upload(host, scene);
+    output.upload_seconds = state_->upload(host, scene, default_traversal);
     output.scene_bytes = scene->device.bytes();
 
     RenderParams pass{};

@@ -20,6 +20,14 @@ struct CudaOutput {
     std::size_t scene_bytes = 0;
 };
 
+/// How a replay is run on the GPU: it changes no hit.
+struct CudaReplaySchedule {
+    TraversalKind traversal = default_traversal;
+    int block = 128;  ///< threads
+    int repeats = 1;
+    bool count = false;  ///< counts what is visited, in one repeat more that is not timed
+};
+
 /// A replay and the figures of its kernel and copies.
 struct CudaReplayOutput {
     ReplayOutput replay;              ///< seconds by the device's clock, the kernel alone
@@ -44,10 +52,11 @@ public:
     CudaOutput render(const HostScene& host, std::shared_ptr<Scene>& scene, ModelKind model,
                       const Settings<float>& settings, u32 samples, const Schedule& schedule);
 
-    /// Traces rays for their own sake, one thread a ray. `scene` is filled on first use.
+    /// Traces rays for their own sake. `scene` is filled on first use.
     /// Throws CudaError and std::invalid_argument.
     CudaReplayOutput replay(const HostScene& host, std::shared_ptr<Scene>& scene,
-                            std::span<const RayQuery<float>> queries, QueryKind kind, int block);
+                            std::span<const RayQuery<float>> queries, QueryKind kind,
+                            const CudaReplaySchedule& schedule);
 
 private:
     Renderer();

@@ -15,12 +15,17 @@ struct Renderer::State {
     Stream stream;
     KernelSet kernels{device};
 
-    /// The scene on the device, uploaded on first use; returns the seconds that this took.
-    double upload(const HostScene& host, std::shared_ptr<Scene>& scene) {
+    /// The scene and what the traversal reads on the device, uploaded on first use; returns the
+    /// seconds that this took.
+    double upload(const HostScene& host, std::shared_ptr<Scene>& scene, TraversalKind traversal) {
         device.make_current();
-        if (scene) return 0;
-        scene = std::make_shared<Scene>(DeviceScene(host));
-        return scene->device.upload_seconds();
+        double seconds = 0;
+        if (!scene) {
+            scene = std::make_shared<Scene>(DeviceScene(host));
+            seconds = scene->device.upload_seconds();
+        }
+        if (!scene->device.has(traversal)) seconds += scene->device.prepare(host, traversal);
+        return seconds;
     }
 };
 

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/accel/traversal.h"
 #include "cuda/event.h"
 #include "cuda/kernels/replay_params.h"
 #include "cuda/renderer_state.h"
@@ -5,16 +9,62 @@
 
 namespace haste::cuda {
 
+namespace {
+
+/// One kind of replay on the device: its kernel and how it is launched.
+class Replay {
+public:
+    Replay(const Kernel& kernel, bool resident, int block, int multiprocessors,
+           const ReplayParams& parameters)
+        : kernel_(kernel), parameters_(parameters), next_(1) {
+        parameters_.next = next_.data();
+        shape_ = Launch::for_items(parameters.count, block);
+        if (!resident) return;
+        shape_.dynamic_shared_bytes = std::size_t(block) * shared_stack_entries * sizeof(Bvh8Group);
+        const auto fitting = std::size_t(
+            multiprocessors * kernel.resident_blocks(block, shape_.dynamic_shared_bytes));
+        shape_.blocks = std::min(shape_.blocks, fitting);
+    }
+
+    /// Seconds of the kernel alone, by the device's clock.
+    double run(Stream& stream) {
+        next_.clear(stream);
+        start_.record(stream);
+        kernel_.launch(shape_, stream, parameters_);
+        end_.record(stream);
+        return seconds_between(start_, end_);
+    }
+
+private:
+    const Kernel& kernel_;
+    ReplayParams parameters_;
+    DeviceBuffer<u32> next_;
+    Launch shape_;
+    Event start_;
+    Event end_;
+};
+
+}  // namespace
+
 CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>& scene,
                                   std::span<const RayQuery<float>> queries, QueryKind kind,
-                                  int block) {
-    check_block(block);
+                                  const CudaReplaySchedule& schedule) {
+    check_block(schedule.block);
+    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > 512) {
+        throw std::invalid_argument(
+            "block must be at most 512 with bvh8, whose stacks lie in shared memory, not " +
+            std::to_string(schedule.block));
+    }
+    check_repeats(schedule.repeats);
     check_queries(queries);
+    // The counter of rays may run ahead by a warp a warp.
+    if (queries.size() > 0xf0000000u) throw std::invalid_argument("too many rays for one replay");
     CudaReplayOutput output;
-    output.scene_upload_seconds = state_->upload(host, scene);
+    output.scene_upload_seconds = state_->upload(host, scene, schedule.traversal);
 
     ReplaySpecification specification;
     specification.any_hit = kind == QueryKind::any_hit;
+    specification.traversal = name_of(schedule.traversal);
     specification.features = host.features();
     const Kernel& kernel = state_->kernels.get(specification);
     output.compile_seconds = kernel.build_seconds();
@@ -24,23 +74,32 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     const DeviceBuffer<RayQuery<float>> device_queries(queries);
     output.upload_seconds = upload.seconds();
     const DeviceBuffer<QueryHit<float>> device_hits(queries.size());
-    ReplayParams parameters;
+    ReplayParams parameters{};
     parameters.scene = scene->device.view();
     parameters.queries = device_queries.data();
     parameters.hits = device_hits.data();
-    parameters.count = queries.size();
+    parameters.count = u32(queries.size());
 
-    Event start;
-    Event end;
-    start.record(state_->stream);
-    kernel.launch(Launch::for_items(queries.size(), block), state_->stream, parameters);
-    end.record(state_->stream);
-    output.replay.seconds = seconds_between(start, end);
-
+    const int multiprocessors = state_->device.info().multiprocessors;
+    Replay replay(kernel, specification.resident(), schedule.block, multiprocessors, parameters);
+    for (int i = 0; i < schedule.repeats; ++i) {
+        output.replay.seconds.push_back(replay.run(state_->stream));
+    }
     output.replay.hits.resize(queries.size());
     const Stopwatch download;
     device_hits.download(output.replay.hits);
     output.download_seconds = download.seconds();
+
+    if (schedule.count) {
+        specification.count = true;
+        DeviceBuffer<Tally> visited(1);
+        visited.clear(state_->stream);
+        parameters.visited = visited.data();
+        Replay(state_->kernels.get(specification), specification.resident(), schedule.block,
+               multiprocessors, parameters)
+            .run(state_->stream);
+        output.replay.visited = visited.download().front();
+    }
     return output;
 }
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import haste_cuda
 from harness.scene import Scene, load_scene
 from harness.tracers.haste import to_core
+from haste_cuda import _core
 
 pytestmark = pytest.mark.gpu
 
@@ -47,17 +48,23 @@ def bits(t: NDArray[np.float32]) -> NDArray[np.uint32]:
 
 
 @pytest.mark.parametrize("any_hit", [False, True], ids=["closest", "any_hit"])
-def test_hits_on_gpu_and_cpu_are_equal_bit_for_bit(case: tuple[str, Any, Rays], any_hit: bool):
+@pytest.mark.parametrize("traversal", _core.traversals())
+def test_hits_on_gpu_and_cpu_are_equal_bit_for_bit(
+    case: tuple[str, Any, Rays], any_hit: bool, traversal: str
+):
     name, scene, rays = case
-    gpu = haste_cuda.trace_cuda(scene, *rays, any_hit=any_hit)
+    if traversal == "brute_force":
+        rays = tuple(array[:2000] for array in rays)
+    gpu = haste_cuda.trace_cuda(scene, *rays, any_hit=any_hit, traversal=traversal)
     cpu = haste_cuda.trace_cpu(scene, *rays, any_hit=any_hit)
     hit = np.isfinite(cpu["t"])
     assert 0.05 < hit.mean() < 1.0, f"{name}: {hit.mean():.1%} of the rays hit"
     unequal = (bits(gpu["t"]) != bits(cpu["t"])) | (gpu["primitive"] != cpu["primitive"])
     first = int(np.argmax(unequal))
     assert not unequal.any(), (
-        f"{name}: {unequal.sum()} of {COUNT} rays, the first {first}: t {gpu['t'][first]!r} and "
-        f"{cpu['t'][first]!r}, primitive {gpu['primitive'][first]} and {cpu['primitive'][first]}"
+        f"{name}: {unequal.sum()} of {len(unequal)} rays, the first {first}: "
+        f"t {gpu['t'][first]!r} and {cpu['t'][first]!r}, "
+        f"primitive {gpu['primitive'][first]} and {cpu['primitive'][first]}"
     )
 
 
@@ -70,9 +77,13 @@ def test_rays_moved_by_one_unit_in_the_last_place_give_other_bits(case: tuple[st
     assert (bits(gpu["t"]) != bits(cpu["t"])).any()
 
 
-def test_hits_depend_on_neither_block_size_nor_run(case: tuple[str, Any, Rays]):
+@pytest.mark.parametrize("traversal", ["bvh2", "bvh8"])
+def test_hits_depend_on_neither_block_size_nor_run(case: tuple[str, Any, Rays], traversal: str):
     name, scene, rays = case
-    runs = [haste_cuda.trace_cuda(scene, *rays, block=block) for block in (64, 128, 256, 128)]
+    runs = [
+        haste_cuda.trace_cuda(scene, *rays, block=block, traversal=traversal)
+        for block in (64, 128, 256, 128)
+    ]
     for other in runs[1:]:
         assert np.array_equal(bits(runs[0]["t"]), bits(other["t"])), name
         assert np.array_equal(runs[0]["primitive"], other["primitive"]), name
@@ -82,7 +93,7 @@ def test_copies_and_compilation_are_told_apart_from_tracing(case: tuple[str, Any
     name, scene, rays = case
     haste_cuda.trace_cuda(scene, *rays)
     warm = haste_cuda.trace_cuda(scene, *rays)
-    assert warm["seconds"] > 0.0 and warm["scene_upload_seconds"] == 0.0, (name, warm)
+    assert min(warm["seconds"]) > 0.0 and warm["scene_upload_seconds"] == 0.0, (name, warm)
     assert warm["upload_seconds"] > 0.0 and warm["download_seconds"] > 0.0, (name, warm)
 
 
@@ -90,6 +101,25 @@ def test_no_ray_is_no_hit(case: tuple[str, Any, Rays]):
     _, scene, rays = case
     answer = haste_cuda.trace_cuda(scene, *(array[:0] for array in rays))
     assert answer["t"].shape == (0,) and answer["primitive"].shape == (0,)
+
+
+def test_what_is_visited_is_the_same_on_gpu_and_cpu(case: tuple[str, Any, Rays]):
+    name, scene, rays = case
+    rays = tuple(array[:2000] for array in rays)
+    for traversal in _core.traversals():
+        sides = [
+            trace(scene, *rays, traversal=traversal, count=True)
+            for trace in (haste_cuda.trace_cuda, haste_cuda.trace_cpu)
+        ]
+        for quantity in ("nodes", "triangles"):
+            # The boxes of bvh8 are decoded in another order of operations.
+            a, b = (side[quantity] for side in sides)
+            assert abs(a - b) <= 1e-3 * b, (name, traversal, quantity, a, b)
+
+
+def test_every_repeat_has_a_time_of_its_own(case: tuple[str, Any, Rays]):
+    _, scene, rays = case
+    assert len(haste_cuda.trace_cuda(scene, *rays, repeats=3, traversal="bvh8")["seconds"]) == 3
 
 
 def test_a_block_that_makes_no_sense_is_refused(case: tuple[str, Any, Rays]):

@@ -1,21 +1,49 @@
 """The kernels that replay rays compile for every architecture, without a GPU and without spills."""
 
 from types import ModuleType
+from typing import Any
 
 import pytest
 
+from haste_cuda import _core
+
 TRIANGLES, SPHERES, SMOOTH = 1, 2, 4
+
+
+TRAVERSALS = ("brute_force", "bvh2", "bvh2_stackless", "bvh8")
+
+
+def test_every_traversal_is_compiled_here():
+    assert tuple(_core.traversals()) == TRAVERSALS
 
 
 @pytest.mark.parametrize("architecture", [75, 80, 90, 100])
 @pytest.mark.parametrize("any_hit", [False, True], ids=["closest", "any_hit"])
 @pytest.mark.parametrize("features", [TRIANGLES, SPHERES, TRIANGLES | SPHERES])
+@pytest.mark.parametrize("traversal", TRAVERSALS)
 def test_a_replay_kernel_spills_nothing(
-    compiler: ModuleType, features: int, any_hit: bool, architecture: int
+    compiler: ModuleType, traversal: str, features: int, any_hit: bool, architecture: int
 ):
-    result = compiler.compile_replay_kernel(
-        any_hit, "watertight", features, architecture=architecture
+    check(
+        compiler.compile_replay_kernel(
+            any_hit, "watertight", features, traversal, architecture=architecture
+        )
     )
+
+
+@pytest.mark.parametrize("any_hit", [False, True], ids=["closest", "any_hit"])
+@pytest.mark.parametrize("traversal", TRAVERSALS)
+def test_a_replay_kernel_that_counts_spills_nothing(
+    compiler: ModuleType, traversal: str, any_hit: bool
+):
+    check(
+        compiler.compile_replay_kernel(
+            any_hit, "watertight", TRIANGLES | SPHERES, traversal, count=True, architecture=90
+        )
+    )
+
+
+def check(result: dict[str, Any]) -> None:
     kernel = result["kernels"]["haste_kernel"]
     assert kernel["spill_store_bytes"] == kernel["spill_load_bytes"] == 0, result["log"]
     # Four blocks of 256 threads live on a multiprocessor at a time.
@@ -35,6 +63,11 @@ def test_what_a_scene_shades_with_makes_no_other_kernel(compiler: ModuleType):
 def test_a_scene_without_primitives_has_no_replay_kernel(compiler: ModuleType):
     with pytest.raises(ValueError, match="needs triangles, spheres or both"):
         compiler.compile_replay_kernel(False, "watertight", SMOOTH, architecture=90)
+
+
+def test_an_unknown_traversal_has_no_replay_kernel(compiler: ModuleType):
+    with pytest.raises(ValueError, match="no traversal 'kd_tree'; it has brute_force, bvh2, "):
+        compiler.compile_replay_kernel(False, "watertight", TRIANGLES, "kd_tree", architecture=90)
 
 
 def test_an_unknown_precision_has_no_replay_kernel(compiler: ModuleType):

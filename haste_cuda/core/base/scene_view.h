@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/base/bvh2.h"
+#include "core/base/bvh8.h"
 #include "core/base/camera.h"
 #include "core/base/light.h"
 #include "core/base/material.h"
@@ -13,8 +14,12 @@ namespace haste {
 /// reads.
 template <class Real>
 struct SceneView {
+    Box bounds;  ///< of all primitives
     const Bvh2Node* nodes;
+    const u32* parents;  ///< of each node: its parent's index, doubled, plus the side it is on
     const PrimitiveRecord<Real>* records;  ///< in leaf order; spatial splits may repeat a primitive
+    const Bvh8Node* wide_nodes;
+    const PrimitiveRecord<Real>* wide_records;  ///< in the leaf order of `wide_nodes`
 
     const Vec3<Real>* vertices;
     const Vec3<Real>* normals;  ///< per vertex; read only where a shape is smooth

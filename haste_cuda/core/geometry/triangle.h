@@ -22,12 +22,15 @@ struct WoopTest {
         const Real x = absolute(direction.x);
         const Real y = absolute(direction.y);
         const Real z = absolute(direction.z);
-        axis_ = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+        const u32 main = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+        const u32 next = main == 2 ? 0 : main + 1;
+        const u32 last = 3 - main - next;
+        const bool swap = pick(direction, main) < Real(0);
+        axes_ = (swap ? last | next << 2 : next | last << 2) | main << 4;
         const Vec3<Real> d = permute(direction);
-        swap_ = d.z < Real(0);
         shear_z_ = Real(1) / d.z;
-        shear_x_ = (swap_ ? d.y : d.x) * shear_z_;
-        shear_y_ = (swap_ ? d.x : d.y) * shear_z_;
+        shear_x_ = d.x * shear_z_;
+        shear_y_ = d.y * shear_z_;
     }
 
     /// Hits on either side with 0 < t; degenerate triangles are never hit.
@@ -51,24 +54,28 @@ struct WoopTest {
     }
 
 private:
-    /// Moves the axis of the largest direction component to z.
+    /// Without a branch, for the rays of a warp differ here.
+    HASTE_HD static Real pick(const Vec3<Real>& p, u32 axis) {
+        const Real x_or_y = axis == 0 ? p.x : p.y;
+        return axis == 2 ? p.z : x_or_y;
+    }
+
+    /// Moves the axis of the largest direction component to z; the others follow it, in the order
+    /// that keeps a triangle's winding.
     HASTE_HD Vec3<Real> permute(const Vec3<Real>& p) const {
-        return axis_ == 0 ? Vec3<Real>{p.y, p.z, p.x} : axis_ == 1 ? Vec3<Real>{p.z, p.x, p.y} : p;
+        return {pick(p, axes_ & 3), pick(p, (axes_ >> 2) & 3), pick(p, axes_ >> 4)};
     }
 
     /// A vertex in the ray's own coordinates: a function of vertex and ray alone, whichever slot of
     /// whichever triangle it comes from.
     HASTE_HD Vec3<Real> shear(const Vec3<Real>& vertex) const {
         const Vec3<Real> p = permute(vertex - origin_);
-        const Real x = swap_ ? p.y : p.x;
-        const Real y = swap_ ? p.x : p.y;
-        return {fma(-shear_x_, p.z, x), fma(-shear_y_, p.z, y), shear_z_ * p.z};
+        return {fma(-shear_x_, p.z, p.x), fma(-shear_y_, p.z, p.y), shear_z_ * p.z};
     }
 
     Vec3<Real> origin_;
     Real shear_x_, shear_y_, shear_z_;
-    int axis_;
-    bool swap_;
+    u32 axes_;  ///< which axis becomes x, y and z, two bits each
 };
 
 }  // namespace haste

@@ -13,6 +13,8 @@ template <>
 struct Numeric<float> {
     /// Half an ulp of one.
     static constexpr float unit_roundoff = 0x1p-24f;
+    /// The least component of a direction that slabs are entered by, in units of the largest.
+    static constexpr float least_slope = 0x1p-32f;
     static constexpr float infinity = __builtin_bit_cast(float, 0x7f800000u);
     static constexpr float pi = 3.14159265358979323846f;
 };
@@ -20,6 +22,7 @@ struct Numeric<float> {
 template <>
 struct Numeric<double> {
     static constexpr double unit_roundoff = 0x1p-53;
+    static constexpr double least_slope = 0x1p-64;
     static constexpr double infinity = __builtin_bit_cast(double, 0x7ff0000000000000ull);
     static constexpr double pi = 3.14159265358979323846;
 };

@@ -1,12 +1,13 @@
 #pragma once
 
-#include "core/accel/bvh2_intersector.h"
+#include "core/accel/traversal.h"
 #include "core/engine/depth_first.h"
 #include "core/film/float_sum.h"
 #include "core/model/haste_model.h"
 #include "core/model/path_model.h"
 #include "core/precision.h"
 #include "cuda/kernels/render_params.h"
+#include "cuda/kernels/warp.cuh"
 
 namespace haste {
 
@@ -16,20 +17,12 @@ template <template <class, class> class M, class F, class P, u32 Capacity, class
 struct KernelConfig {
     using Real = typename P::Real;
     using Model = M<P, F>;
-    using Intersector = Bvh2Intersector<P, F>;
+    using Intersector = DefaultIntersector<P, F>;
     using Sum = FilmSumType;
     static constexpr u32 stack_capacity = Capacity;  ///< rays that a private stack holds
     static constexpr bool layered = Layered;  ///< a film a layer, weighted afterwards (equation 8)
     static constexpr bool count = Count;
 };
-
-inline constexpr u32 warp_size = 32;
-inline constexpr u32 whole_warp = 0xffffffffu;
-
-__device__ inline u32 lane_index() { return threadIdx.x % warp_size; }
-
-/// The lanes before this one.
-__device__ inline u32 lanes_below() { return (1u << lane_index()) - 1; }
 
 /// The next place of a counter for each thread that asks, by one atomic add for all lanes of a warp
 /// that ask together (Adinetz, CUDA Pro Tip: Optimized Filtering with Warp-Aggregated Atomics,
