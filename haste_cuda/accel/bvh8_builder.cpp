@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <span>
 #include <stdexcept>
 
 #include "accel/sha256.h"
+#include "host/stopwatch.h"
 
 namespace haste {
 
@@ -18,7 +18,7 @@ namespace {
 /// The heuristic's costs, Ylitie et al., section 3.1: a node against a primitive. Theirs is 0.3 for
 /// a primitive; a watertight test has twice the instructions of theirs, and a node's test fewer.
 constexpr float node_cost = 1.0f;
-constexpr float primitive_cost = 0.8f;
+constexpr float primitive_cost = 1.2f;
 
 /// A subtree of the binary BVH: an inner node, or the leaf of `count` records from `first` on.
 struct Subtree {
@@ -88,10 +88,10 @@ float float_below(double x) {
 /// The grid of one axis of a node, and the planes of boxes on it, which lie `plane_margin` steps
 /// or more outside of the box. For the lower plane b, in exact arithmetic but for roundings that
 /// are named: let x be (b - origin) / step, its difference rounded down and its division by a power
-/// of two exact. Then q = floor(x - plane_margin) gives origin + q step <= b - plane_margin step,
-/// where the last subtraction may err by 2^-45 at most (x is below 256), a nothing beside the half
-/// of the margin that no traversal uses. The origin lies two margins below the least b, so that q
-/// is not negative. Upper planes are the mirror image.
+/// of two exact. Then q = floor(x - plane_margin) - plane_offset gives a plane <= b - plane_margin step,
+/// where the last subtraction may err by 2^-37 at most (x is below 2^16), a nothing beside the half
+/// of the margin that no traversal uses. The plane of q = 0 lies two margins below the least b, so
+/// that q is not negative. Upper planes are the mirror image.
 class Grid {
 public:
     Grid(float lower, float upper) {
@@ -101,21 +101,24 @@ public:
         for (;; ++biased_) {
             if (biased_ > 254) throw std::runtime_error("the BVH's boxes exceed single precision");
             step_ = std::ldexp(1.0, biased_ - 127);
-            origin_ = float_below(difference_down(lower, 2.0 * plane_margin * step_));
-            if (steps_up(upper) <= 255.0) return;
+            const double below = double(plane_offset) + 2.0 * plane_margin;
+            origin_ = float_below(difference_down(lower, below * step_));
+            if (std::isfinite(origin_) && steps_up(upper) <= 255.0) return;
         }
     }
 
     [[nodiscard]] float origin() const { return origin_; }
     [[nodiscard]] u32 biased_exponent() const { return u32(biased_); }
     [[nodiscard]] u32 lower(float plane) const {
-        return u32(std::floor(difference_down(plane, origin_) / step_ - double(plane_margin)));
+        return u32(std::floor(difference_down(plane, origin_) / step_ - double(plane_margin)) -
+                   double(plane_offset));
     }
     [[nodiscard]] u32 upper(float plane) const { return u32(steps_up(plane)); }
 
 private:
     [[nodiscard]] double steps_up(float plane) const {
-        return std::ceil(difference_up(plane, origin_) / step_ + double(plane_margin));
+        return std::ceil(difference_up(plane, origin_) / step_ + double(plane_margin)) -
+               double(plane_offset);
     }
 
     float origin_ = 0;
@@ -128,15 +131,14 @@ public:
     explicit Collapse(const BuiltBvh& binary) : binary_(binary), plans_(binary.nodes.size()) {}
 
     BuiltBvh8 run() {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const Bvh2Node& root = binary_.nodes[0];
         const double area = half_area(joined(root.box[0], root.box[1]));
         if (area > 0) area_unit_ = area;
         for (std::size_t i = plans_.size(); i-- > 0;) plan(u32(i));
         built_.nodes.emplace_back();
         emit(0, 0, 1);
-        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-        return finish(elapsed.count());
+        return finish(watch.seconds());
     }
 
 private:
@@ -225,7 +227,7 @@ private:
         for (std::size_t i = 0; i < children.size(); ++i) in_slot[slots[i]] = int(i);
 
         Bvh8Node node = with_planes(children, in_slot);
-        node.two_to_15 = float_bits(0x1p15f);
+        node.offset_bits = float_bits(plane_offset);
         node.first_child = u32(built_.nodes.size());
         node.first_primitive = u32(built_.records.size());
         u32 inner = 0;

@@ -205,8 +205,8 @@ nb::object bvh8_nodes(SceneHandle& scene) {
         primitives.push_back(record.primitive);
     }
     const std::size_t records = primitives.size();
-    return nb::make_tuple(numpy(std::move(nodes), {built.nodes.size(), sizeof(Bvh8Node)}),
-                          numpy(std::move(primitives), {records}));
+    return nb::make_tuple(to_numpy(std::move(nodes), {built.nodes.size(), sizeof(Bvh8Node)}),
+                          to_numpy(std::move(primitives), {records}));
 }
 
 nb::object lifo_need(u32 generations, u32 children) {

@@ -68,6 +68,8 @@ HASTE_HD inline u32 choose_bytes(u32 a, u32 b, u32 selector) {
 }
 HASTE_HD inline i32 least_of_three(i32 a, i32 b, i32 c) { return ::__vimin3_s32(a, b, c); }
 HASTE_HD inline i32 greatest_of_three(i32 a, i32 b, i32 c) { return ::__vimax3_s32(a, b, c); }
+/// Clamped to [0, 1]: part of the multiplication that it follows.
+HASTE_HD inline float saturate(float x) { return ::__saturatef(x); }
 #else
 inline constexpr bool on_device = false;
 /// Eight numbers side by side, as the processor's compilers have them; a thread of a GPU is one
@@ -97,6 +99,9 @@ HASTE_HD inline i32 least_of_three(i32 a, i32 b, i32 c) {
 HASTE_HD inline i32 greatest_of_three(i32 a, i32 b, i32 c) {
     const i32 greatest = a > b ? a : b;
     return greatest > c ? greatest : c;
+}
+HASTE_HD inline float saturate(float x) {
+    return x > 0.0f ? (x < 1.0f ? x : 1.0f) : 0.0f;
 }
 #endif
 

@@ -83,15 +83,18 @@ void Kernel::launch_untyped(const Launch& shape, Stream& stream, const void* par
     const NvtxRange range(name_.c_str());
     void* arguments[] = {const_cast<void*>(parameters)};
     HASTE_CUDA_CHECK(driver().launch_kernel(function_, static_cast<unsigned>(shape.blocks), 1, 1,
-                                            static_cast<unsigned>(shape.threads), 1, 1, 0,
+                                            static_cast<unsigned>(shape.threads), 1, 1,
+                                            static_cast<unsigned>(shape.dynamic_shared_bytes),
                                             stream.handle(), arguments, nullptr),
                      subject());
     stream.note_launch(name_);
 }
 
-int Kernel::resident_blocks(int threads) const {
+int Kernel::resident_blocks(int threads, std::size_t dynamic_shared_bytes) const {
     int blocks = 0;
-    HASTE_CUDA_CHECK(driver().occupancy_max_active_blocks(&blocks, function_, threads, 0), name_);
+    HASTE_CUDA_CHECK(
+        driver().occupancy_max_active_blocks(&blocks, function_, threads, dynamic_shared_bytes),
+        name_);
     return blocks;
 }
 

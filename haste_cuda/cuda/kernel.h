@@ -18,6 +18,7 @@ namespace haste::cuda {
 struct Launch {
     std::size_t blocks = 0;
     int threads = 0;  ///< of a block
+    std::size_t dynamic_shared_bytes = 0;
 
     /// Enough blocks for one thread an item.
     [[nodiscard]] static Launch for_items(std::size_t items, int threads) {
@@ -56,7 +57,7 @@ public:
     }
 
     /// Blocks of this size that one multiprocessor can run at a time.
-    [[nodiscard]] int resident_blocks(int threads) const;
+    [[nodiscard]] int resident_blocks(int threads, std::size_t dynamic_shared_bytes = 0) const;
 
     [[nodiscard]] const std::string& name() const { return name_; }
     [[nodiscard]] const KernelAttributes& attributes() const { return attributes_; }

@@ -133,7 +133,8 @@ def decoded(node: np.void, slot: int) -> tuple[NDArray[np.float64], NDArray[np.f
     """The box of a child, exactly: the scenes here are such that doubles hold its planes."""
     step = 2.0 ** (node["exponent"].astype(np.float64) - 127)
     origin = node["origin"].astype(np.float64)
-    return origin + step * node["lower"][:, slot], origin + step * node["upper"][:, slot]
+    lower, upper = node["lower"][:, slot] + 2.0**15, node["upper"][:, slot] + 2.0**15
+    return origin + step * lower, origin + step * upper
 
 
 def covered(

@@ -25,6 +25,7 @@ struct PaddedRay {
     Vec3<Real> origin;
     Vec3<Real> inverse;
     Vec3<Real> pad;  ///< in t, not negative
+    Real farthest;   ///< T
 
     HASTE_HD PaddedRay(const Vec3<Real>& ray_origin, const Vec3<Real>& direction, const Box& bounds)
         : origin(ray_origin) {
@@ -32,7 +33,7 @@ struct PaddedRay {
                                axis_reach(bounds.lower[1], bounds.upper[1], origin.y),
                                axis_reach(bounds.lower[2], bounds.upper[2], origin.z)};
         const Real main = max_norm(direction);
-        const Real farthest = max_component(reach) / main;
+        farthest = max_component(reach) / main;
         const Real least = main * Numeric<Real>::least_slope;
         set_axis(direction.x, least, reach.x, farthest, inverse.x, pad.x);
         set_axis(direction.y, least, reach.y, farthest, inverse.y, pad.y);

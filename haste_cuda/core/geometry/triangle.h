@@ -22,11 +22,8 @@ struct WoopTest {
         const Real x = absolute(direction.x);
         const Real y = absolute(direction.y);
         const Real z = absolute(direction.z);
-        const u32 main = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
-        const u32 next = main == 2 ? 0 : main + 1;
-        const u32 last = 3 - main - next;
-        const bool swap = pick(direction, main) < Real(0);
-        axes_ = (swap ? last | next << 2 : next | last << 2) | main << 4;
+        main_is_x_ = x > y && x > z;
+        main_is_y_ = !main_is_x_ && y > z;
         const Vec3<Real> d = permute(direction);
         shear_z_ = Real(1) / d.z;
         shear_x_ = d.x * shear_z_;
@@ -54,16 +51,12 @@ struct WoopTest {
     }
 
 private:
-    /// Without a branch, for the rays of a warp differ here.
-    HASTE_HD static Real pick(const Vec3<Real>& p, u32 axis) {
-        const Real x_or_y = axis == 0 ? p.x : p.y;
-        return axis == 2 ? p.z : x_or_y;
-    }
-
-    /// Moves the axis of the largest direction component to z; the others follow it, in the order
-    /// that keeps a triangle's winding.
+    /// Swaps the axis of the largest direction component with z, without a branch, for the rays of
+    /// a warp differ here. A swap turns every winding round, and so the signs of u, v and w, of
+    /// which only the comparison matters.
     HASTE_HD Vec3<Real> permute(const Vec3<Real>& p) const {
-        return {pick(p, axes_ & 3), pick(p, (axes_ >> 2) & 3), pick(p, axes_ >> 4)};
+        const Real y_or_z = main_is_y_ ? p.y : p.z;
+        return {main_is_x_ ? p.z : p.x, main_is_y_ ? p.z : p.y, main_is_x_ ? p.x : y_or_z};
     }
 
     /// A vertex in the ray's own coordinates: a function of vertex and ray alone, whichever slot of
@@ -75,7 +68,7 @@ private:
 
     Vec3<Real> origin_;
     Real shear_x_, shear_y_, shear_z_;
-    u32 axes_;  ///< which axis becomes x, y and z, two bits each
+    bool main_is_x_, main_is_y_;
 };
 
 }  // namespace haste

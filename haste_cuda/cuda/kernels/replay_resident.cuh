@@ -17,9 +17,9 @@ struct FetchPolicy {
     static constexpr int patience = 16;
 };
 
-/// Lanes that have a primitive to test wait for others while fewer than one in so many that are at
-/// work have one (section 4.3).
-inline constexpr u32 postponement = 5;
+/// Lanes that have primitives to test wait for others while fewer than one in so many that are at
+/// work have some (section 4.3, where they are put on the stack and the lane goes on).
+inline constexpr u32 quorum = 4;
 
 /// Primitives of a node that are still to be tested.
 struct PrimitiveGroup {
@@ -34,16 +34,11 @@ struct PrimitiveGroup {
     }
 };
 
-/// The stack of a thread: its lower end, where it mostly is, in shared memory, interleaved among
-/// the threads of the block; the rest in local memory.
-///
-/// It holds a group of nodes a level, and groups of primitives that were postponed: two entries,
-/// the upper of which is told from nodes by its bits. Postponing leaves room for all nodes that may
-/// follow, so the stack never overflows.
+/// The stack of a thread, one entry a level: its lower end, where it mostly is, in shared memory,
+/// interleaved among the threads of the block; the rest in local memory.
 class ResidentStack {
 public:
-    static constexpr u32 capacity = 2 * max_bvh8_depth;
-    static constexpr u32 local_entries = capacity - shared_stack_entries;
+    static constexpr u32 local_entries = max_bvh8_depth - shared_stack_entries;
 
     /// `shared` has `shared_stack_entries` entries for each thread of the block.
     __device__ ResidentStack(Bvh8Group* shared, Bvh8Group* local)
@@ -51,7 +46,6 @@ public:
 
     __device__ bool empty() const { return size_ == 0; }
     __device__ void clear() { size_ = 0; }
-    __device__ bool may_postpone() const { return size_ + 2 <= capacity - max_bvh8_depth; }
 
     __device__ void push(const Bvh8Group& group) {
         if (size_ < shared_stack_entries) {
@@ -159,7 +153,7 @@ struct ResidentRay {
 
 /// Resident warps on the compressed BVH with eight children: a lane whose ray is done takes the
 /// next one (Aila and Laine, Understanding the Efficiency of Ray Traversal on GPUs, HPG 2009), when
-/// enough lanes are idle, and primitives wait until enough lanes have some (Ylitie, Karras and
+/// enough lanes are idle, and primitives are tested when enough lanes have some (Ylitie, Karras and
 /// Laine, Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs, HPG 2017,
 /// section 4). The whole warp goes through every round together.
 template <QueryKind Kind, class F, class P>
@@ -169,7 +163,10 @@ __device__ void replay_resident(const ReplayParams& parameters) {
     Bvh8Group local_stack[ResidentStack::local_entries];
     ResidentStack stack(shared_stack, local_stack);
     ResidentRay<Kind, F, P> ray({{0, 0, 0}, 0, {0, 0, 1}, 0}, scene.bounds, 0);
+    // A ray has nodes in `group` and on the stack, and what to test before it goes on; it is done
+    // when there is neither.
     Bvh8Group group{0, 0};
+    PrimitiveGroup primitives{0, 0, 0};
     bool active = false;
     bool more = true;
     for (;;) {
@@ -191,8 +188,7 @@ __device__ void replay_resident(const ReplayParams& parameters) {
         if (working == 0) break;
         int lost = 0;
         do {
-            PrimitiveGroup primitives{0, 0, 0};
-            if (active && !group.empty()) {
+            if (active && primitives.waiting == 0) {
                 const u32 index = group.pop(ray.node_test.octant);
                 if (!group.empty()) stack.push(group);
                 const Bvh8Node node = load_node(scene.wide_nodes, index);
@@ -201,18 +197,12 @@ __device__ void replay_resident(const ReplayParams& parameters) {
                 primitives = {node.first_primitive, node.primitives, hits & node.primitives};
                 group = {node.first_child,
                          ray.node_test.in_order((hits >> 24) & inner) << 24 | inner};
-            } else if (active) {
-                primitives = {group.first_child, stack.pop().first_child, group.bits};
-                group.bits = 0;
+                if (group.empty() && !stack.empty()) group = stack.pop();
             }
             u32 wanting = __ballot_sync(whole_warp, primitives.waiting != 0);
-            while (wanting != 0) {
-                if (postponement * count_bits(wanting) < count_bits(working) &&
-                    primitives.waiting != 0 && stack.may_postpone()) {
-                    stack.push({primitives.mask, 0});
-                    stack.push({primitives.first, primitives.waiting});
-                    primitives.waiting = 0;
-                }
+            u32 going = __ballot_sync(whole_warp, primitives.waiting == 0 && !group.empty());
+            while (wanting != 0 &&
+                   (quorum * count_bits(wanting) >= count_bits(working) || going == 0)) {
                 if (primitives.waiting != 0 &&
                     ray.test(load_record(scene.wide_records, primitives.pop()))) {
                     primitives.waiting = 0;
@@ -220,14 +210,11 @@ __device__ void replay_resident(const ReplayParams& parameters) {
                     stack.clear();
                 }
                 wanting = __ballot_sync(whole_warp, primitives.waiting != 0);
+                going |= working & ~wanting;
             }
-            if (active && group.empty()) {
-                if (stack.empty()) {
-                    store_hit(parameters.hits, ray.index, ray.best);
-                    active = false;
-                } else {
-                    group = stack.pop();
-                }
+            if (active && primitives.waiting == 0 && group.empty()) {
+                store_hit(parameters.hits, ray.index, ray.best);
+                active = false;
             }
             working = __ballot_sync(whole_warp, active);
             const int idle = int(warp_size - count_bits(working));
