@@ -43,7 +43,7 @@ def _tables(config: Config, options: argparse.Namespace) -> int:
 
 
 def _report(config: Config, options: argparse.Namespace) -> int:
-    from harness.report import write_report
+    from harness.report.write import write_report
 
     write_report(options.results or config.results_dir)
     return 0
@@ -111,7 +111,7 @@ def _sheet(config: Config, options: argparse.Namespace) -> int:
 def _available(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.crew import Crew
 
-    with Crew(options.threads, config["timeout_seconds"]) as crew:
+    with Crew(config["tracers"], options.threads, config["timeout_seconds"]) as crew:
         able = crew.probe(config["tracers"], "path")
         reasons = {row["tracer"]: row["reason"] for row in crew.rows}
     for tracer in config["tracers"]:

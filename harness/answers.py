@@ -1,16 +1,15 @@
 """The known answers: does every tracer's image show the radiance that the scene is known to have?
 
-The answers are those of `reference/analytic`. A job writes them beside its images while it has the
-scene at hand (`expected_answers`); they are judged from the files of a run (`judge_answers`).
+The answers are those of `reference/analytic`. A job writes them beside its images
+(`harness.measure.answers`); here they are judged from the files of a run.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from harness.scene import RenderSettings, Scene
 from harness.statistics.bias import Verdict
 from harness.statistics.intervals import Interval, t_interval
 from harness.tables.answers import LEVEL, answers_of, measured_radiance, relative_error
@@ -18,8 +17,6 @@ from harness.tables.read import SceneJob
 
 DELTA = 0.003
 """The interval of the relative error must lie within plus or minus this."""
-
-Rgb = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,38 +38,6 @@ class AnswerVerdict:
     seeds_needed: int | None
     """images at which a verdict is expected; None once there is one"""
     note: str
-
-
-def expected_answers(
-    name: str, scene: Scene, renders: Mapping[str, RenderSettings]
-) -> dict[str, Rgb]:
-    """The known radiance of a scene, linear sRGB by model.
-
-    Parameters
-    ----------
-    name
-        The key `answer` of the scene's settings; empty for a scene without a known answer.
-    scene
-        The scene as it is rendered.
-    renders
-        Settings by model.
-
-    Raises
-    ------
-    reference.analytic.AnswerError
-        There is no such answer, the scene is not of its form, or it claims a model without one.
-    """
-    if not name:
-        return {}
-    from reference.analytic import AnswerError, answer
-
-    found = {}
-    for model, settings in renders.items():
-        value = answer(name, scene, settings)
-        if value is None:
-            raise AnswerError(f"{scene.name}: {name} has no answer in the model {model}")
-        found[model] = value
-    return found
 
 
 def judge_error(error: Interval) -> Verdict:

@@ -1,4 +1,4 @@
-"""The worker processes of one scene's job: started when first needed, replaced when they die."""
+"""The worker processes of one scene's job: started together, replaced when they die."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -28,13 +28,15 @@ class Crew:
 
     Parameters
     ----------
+    tracers
+        Names of those that will be asked to render.
     threads
         Processor threads of every tracer. Only one renders at a time.
     timeout
         Seconds that one request may take.
     """
 
-    def __init__(self, threads: int, timeout: float) -> None:
+    def __init__(self, tracers: Iterable[str], threads: int, timeout: float) -> None:
         self.threads = threads
         self.timeout = timeout
         self.rows: list[dict[str, str]] = []
@@ -42,6 +44,9 @@ class Crew:
         self._ready: dict[str, Ready] = {}
         self._refused: dict[str, str] = {}
         self._out: set[tuple[str, str]] = set()
+        # All at once: a process spends its first second or two importing libraries.
+        for tracer in tracers:
+            self._worker(tracer)
 
     def __enter__(self) -> Self:
         return self
@@ -52,6 +57,9 @@ class Crew:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        # They leave side by side too.
+        for worker in self._workers.values():
+            worker.hang_up()
         for worker in self._workers.values():
             worker.close()
 

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from harness.answers import expected_answers
+from harness.measure.answers import expected_answers
 from harness.measure.book import TimeBook
 from harness.measure.config import Config
 from harness.measure.crew import Crew
@@ -113,7 +113,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
 
     seconds: dict[str, float] = {}
     hashes: dict[str, str] = (read_json(folder / "scene.json") or {}).get("hashes", {})
-    with Crew(threads, config["timeout_seconds"]) as crew:
+    with Crew(config["tracers"], threads, config["timeout_seconds"]) as crew:
         for model in config["models"]:
             if model not in models:
                 for tracer in config["tracers"]:

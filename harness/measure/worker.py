@@ -148,9 +148,13 @@ class Worker:
         """Whether the process still runs."""
         return self._process.is_alive()
 
+    def hang_up(self) -> None:
+        """Ask for nothing more: a process that is idle ends itself."""
+        self._connection.close()
+
     def close(self) -> None:
         """End the process, kindly if it is idle, and forget its log."""
-        self._connection.close()
+        self.hang_up()
         self._process.join(timeout=0.5)
         if self._process.is_alive():
             self._process.terminate()

@@ -11,12 +11,12 @@ import pytest
 
 from harness.answers import (
     DELTA,
-    expected_answers,
     judge_answers,
     judge_error,
 )
 from harness.gate import check, worst_code
-from harness.report import write_report
+from harness.measure.answers import expected_answers
+from harness.report.write import write_report
 from harness.scene import load_scene, load_settings
 from harness.statistics.bias import Verdict, exit_code_of
 from harness.statistics.intervals import Interval

@@ -20,7 +20,7 @@ from harness.eye_rays import (
     judge_eye_rays,
 )
 from harness.gate import check
-from harness.report import write_report
+from harness.report.write import write_report
 from harness.scene import Camera
 from harness.tables import ResultsError, write_tables
 from harness.tracers.rays import NONE

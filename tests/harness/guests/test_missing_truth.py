@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from harness.gate import check
-from harness.report import write_report
+from harness.report.write import write_report
 from harness.tables import ResultsError, read_jobs, write_tables
 
 REASON = "the truth of the model haste: no LLVM of version 16 or newer"

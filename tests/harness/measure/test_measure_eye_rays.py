@@ -44,7 +44,7 @@ def publish(scene_path: Path, hits: int) -> None:
 
 @pytest.fixture
 def crew() -> Iterator[Crew]:
-    with Crew(1, 60.0) as crew:
+    with Crew((), 1, 60.0) as crew:
         yield crew
 
 

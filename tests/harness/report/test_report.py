@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.report import write_report
+from harness.report.write import write_report
 from harness.tables import write_tables
 from harness.tracers.registry import COLOURS
 
