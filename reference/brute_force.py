@@ -23,7 +23,7 @@ Booleans = NDArray[np.bool_]
 NONE = 0xFFFFFFFF
 """Primitive of a ray that hits nothing."""
 
-PAIRS_AT_ONCE = 1 << 21
+PAIRS_AT_ONCE = 1 << 16
 """Most pairs of a ray and a triangle in one matrix product: what bounds the memory."""
 
 ROUNDING = 8 * 2.0**-24

@@ -9,7 +9,8 @@ import numpy as np
 
 from harness.scene import RenderSettings, Scene, SceneError, check_model, load_scene, load_settings
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import NONE, RayHits, Rays
+from harness.tracers.extension import replay, structure_of, traversals
+from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
 
 MODELS = frozenset({"path", "haste", "whitted"})
 EXTENSION_MISSING = (
@@ -172,18 +173,38 @@ class _HasteTracer(Tracer):
             extras={name: float(answer[name]) for name in names if name in answer},
         )
 
+    @classmethod
+    def ways(cls) -> tuple[Way, ...]:
+        """The core's traversals, its images' own first."""
+        if cls.unavailable() is not None:
+            return super().ways()
+        return tuple(Way(name, cls.precision) for name in traversals())
+
+    def structure(self, way: Way) -> Structure | None:
+        """The hierarchy of a traversal: what `load` has built, or what the extension says."""
+        return structure_of(self.scene, way.traversal)
+
+    def _how(self, way: Way) -> dict[str, object]:
+        """Keywords of the extension's replay."""
+        return {"traversal": way.traversal, "threads": self.threads}
+
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        return haste_cuda.trace_cpu(
-            self.scene,
-            *(rays.origins, rays.directions, rays.t_min, rays.t_max),
-            threads=self.threads,
-            **how,
-        )
+        arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
+        return haste_cuda.trace_cpu(self.scene, *arrays, **how)
 
-    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
-        answer = self._trace_rays(rays, {"any_hit": any_hit})
+    def _replay(
+        self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool
+    ) -> RayHits:
+        if way not in self.ways():
+            raise UnsupportedError(f"{self.name} has no traversal {way.traversal}, {way.precision}")
+        answer, times = replay(
+            lambda **how: self._trace_rays(rays, how),
+            {**self._how(way), "any_hit": any_hit},
+            repeats=repeats,
+            count=count,
+        )
         primitive = answer["primitive"]
         known = primitive != NONE
         shape = np.full(len(rays), NONE)
@@ -192,7 +213,10 @@ class _HasteTracer(Tracer):
             t=answer["t"],
             shape=shape,
             primitive=primitive,
-            seconds=float(answer["seconds"]),
+            times=times,
+            visits=Visits(float(answer["nodes"]), float(answer["triangles"]))
+            if "nodes" in answer
+            else None,
             extras={
                 name: float(value)
                 for name, value in answer.items()
@@ -227,8 +251,34 @@ class Embree(_HasteTracer):
     def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
         return super()._trace({**arguments, "intersector": "embree"})
 
-    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
-        return super()._trace_rays(rays, {**how, "intersector": "embree"})
+    @classmethod
+    def ways(cls) -> tuple[Way, ...]:
+        """Calls of a ray, or of a packet of rays, in both of Embree's modes."""
+        return tuple(
+            Way(call, mode)
+            for mode in ("robust", "fast")
+            for call in ("intersect1", "intersect8", "intersect16")
+        )
+
+    def structure(self, way: Way) -> Structure | None:
+        """Embree's own hierarchy."""
+        del way
+        built = self.scene.embree
+        return Structure(float(built["build_seconds"]), float(built["bytes"]))
+
+    def _how(self, way: Way) -> dict[str, object]:
+        if way.traversal != "intersect1":
+            raise UnsupportedError("the binding of Embree traces one ray a call (rtcIntersect1)")
+        if way.precision != self.precision:
+            raise UnsupportedError("the binding of Embree builds its scene in the robust mode")
+        return {"threads": self.threads, "intersector": "embree"}
+
+    def _replay(
+        self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool
+    ) -> RayHits:
+        # Embree does not say what it looks at.
+        del count
+        return super()._replay(rays, way, any_hit=any_hit, repeats=repeats, count=False)
 
 
 class HasteCuda(_HasteTracer):
@@ -262,9 +312,11 @@ class HasteCuda(_HasteTracer):
 
         return haste_cuda.render_cuda(self.scene, self.model, self.settings, **arguments)
 
+    def _how(self, way: Way) -> dict[str, object]:
+        return {"traversal": way.traversal}
+
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        return haste_cuda.trace_cuda(
-            self.scene, *(rays.origins, rays.directions, rays.t_min, rays.t_max), **how
-        )
+        arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
+        return haste_cuda.trace_cuda(self.scene, *arrays, **how)
