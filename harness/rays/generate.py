@@ -25,14 +25,14 @@ AMBIENT_SHARE = 0.1
 """Reach of an ambient ray, as a share of the scene's extent."""
 
 OFFSET_OPERATIONS = 16
-"""Rounded operations that the offset of a spawned ray bounds (haste_cuda/core/geometry/offset.h)."""
+"""Rounded operations that a spawned ray's offset bounds (haste_cuda/core/geometry/offset.h)."""
 
 SHORT_OF_THE_LIGHT = 1.0 - 2.0**-10
 """Where a shadow ray ends on its way to a point of a light: before the light itself."""
 
 
-class NoHitsError(Exception):
-    """Nothing is hit from which rays could go on; the message says by which rays."""
+class RaysError(Exception):
+    """The rays of a scene cannot be made; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def generate_rays(
 
     Raises
     ------
-    NoHitsError
+    RaysError
         Neither camera nor first bounce hits anything.
     """
 
@@ -157,7 +157,7 @@ def _hit_points(scene: Scene, rays: Rays, hits: RayHits, name: str) -> _Points:
     """
     found = np.flatnonzero(hits.hit)
     if not len(found):
-        raise NoHitsError(f"{scene.name}: no ray of the class {name} hits anything")
+        raise RaysError(f"{scene.name}: no ray of the class {name} hits anything")
     origin = rays.origins[found].astype(np.float64)
     direction = rays.directions[found].astype(np.float64)
     primitive = hits.primitive[found].astype(np.int64)

@@ -17,9 +17,7 @@ def write_rays(path: Path, rays: Mapping[str, Rays]) -> None:
 
     A zip file without compression: directions are noise, which none makes smaller.
     """
-    arrays = {
-        f"{name}.{part}": getattr(one, part) for name, one in rays.items() for part in PARTS
-    }
+    arrays = {f"{name}.{part}": getattr(one, part) for name, one in rays.items() for part in PARTS}
     write_file(path, lambda file: np.savez(file, **arrays))
 
 

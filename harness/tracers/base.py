@@ -78,6 +78,8 @@ class Tracer(ABC):
         The arithmetic it promises.
     warm_ups
         Untimed renders before the first timed one.
+    on_gpu
+        Whether it traces on a GPU.
     """
 
     name: ClassVar[str]
@@ -85,6 +87,7 @@ class Tracer(ABC):
     engines: ClassVar[tuple[str, ...]] = ("depth_first",)
     precision: ClassVar[str]
     warm_ups: ClassVar[int] = 1
+    on_gpu: ClassVar[bool] = False
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -189,9 +192,7 @@ class Tracer(ABC):
         del way
         return None
 
-    def _replay(
-        self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool
-    ) -> RayHits:
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
         """Trace checked rays; what a tracer implements if it has such a query."""
         del rays, way, any_hit, repeats, count
         raise UnsupportedError(f"{self.name} traces no rays but those of its own images")

@@ -194,9 +194,7 @@ class _HasteTracer(Tracer):
         arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
         return haste_cuda.trace_cpu(self.scene, *arrays, **how)
 
-    def _replay(
-        self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool
-    ) -> RayHits:
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
         if way not in self.ways():
             raise UnsupportedError(f"{self.name} has no traversal {way.traversal}, {way.precision}")
         answer, times = replay(
@@ -273,9 +271,7 @@ class Embree(_HasteTracer):
             raise UnsupportedError("the binding of Embree builds its scene in the robust mode")
         return {"threads": self.threads, "intersector": "embree"}
 
-    def _replay(
-        self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool
-    ) -> RayHits:
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
         # Embree does not say what it looks at.
         del count
         return super()._replay(rays, way, any_hit=any_hit, repeats=repeats, count=False)
@@ -285,6 +281,7 @@ class HasteCuda(_HasteTracer):
     """The core compiled at run time for the GPU."""
 
     name: ClassVar[str] = "haste-cuda"
+    on_gpu: ClassVar[bool] = True
     engines: ClassVar[tuple[str, ...]] = (
         *("depth_first", "packets", "streams"),
         *("layers", "wavefront", "persistent"),

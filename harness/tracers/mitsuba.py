@@ -90,9 +90,7 @@ class _MitsubaTracer(Tracer):
             np.uint32,
         )
 
-    def _replay(
-        self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool
-    ) -> RayHits:
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
         # One way there is, and nothing that it would count.
         del way, count
         import mitsuba as mi
@@ -117,6 +115,7 @@ class MitsubaCuda(_MitsubaTracer):
     """OptiX through Mitsuba."""
 
     name: ClassVar[str] = "mitsuba-cuda"
+    on_gpu: ClassVar[bool] = True
     variant: ClassVar[str] = "cuda_ad_rgb"
 
 

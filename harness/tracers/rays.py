@@ -68,8 +68,8 @@ class RayHits:
         uint32 [N], triangles from 0 in the order of `Scene.triangles`, then spheres; `NONE` also
         where the tracer's own shape is not made of the triangles of the import (Mitsuba's disk).
     times
-        Time of tracing alone, [s], one entry a repeat: rays and hits lie in the tracer's memory, its
-        code is compiled (from the second call on). NaN where a call a ray would be timed instead.
+        Time of tracing alone, [s], one entry a repeat: rays and hits lie in the tracer's memory,
+        its code is compiled (from the second call on). NaN where a call a ray would be timed.
     visits
         What was looked at, where it was asked for and can be counted.
     extras

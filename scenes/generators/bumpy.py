@@ -1,8 +1,8 @@
 """Bumpy spheres: one closed surface at any number of triangles, for benchmarks of traversal.
 
-The radius is r(U, V) = 1 + 0.1 sin(20 U) sin(20 V) + 0.02 sin(97 U + 3) cos(83 V), U being the angle
-about the axis and V that from it. The points are n rings of 2n, closed by a point at each pole:
-4 n^2 triangles, none of them degenerate.
+The radius is r(U, V) = 1 + 0.1 sin(20 U) sin(20 V) + 0.02 sin(97 U + 3) cos(83 V), U being the
+angle about the axis and V that from it. The points are n rings of 2n, closed by a point at each
+pole: 4 n^2 triangles, none of them degenerate.
 
     python -m harness generate --scene bumpy-16k
 """
