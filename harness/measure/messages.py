@@ -49,7 +49,7 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """Trace a class of rays of a file through the loaded scene. Answered by `Replayed` or `Refused`.
+    """Trace a class of rays of a file. Answered by `Replayed` or `Refused`.
 
     file: of `harness.rays.store`. most: trace so many of the rays, at even distances, where there
     are more. hits: send back what was hit, and count what the traversal looks at. energy: read the

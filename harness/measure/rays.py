@@ -34,7 +34,7 @@ SUMMARY = "replayed.json"
 """Written last: that it is there says that every class is."""
 FILE = "rays.npz"
 MAKER = "haste-cpu"
-"""Finds the hits from which rays go on; the rays are the same for everybody, whoever has made them."""
+"""Finds the hits from which rays go on; everybody is given the same rays."""
 CORE_TRAVERSALS = ("bvh2", "bvh2_stackless", "bvh8", "brute_force")
 SETTLING = 1
 """Untimed repeats before each timed one: others have had the caches and the clocks since."""

@@ -11,7 +11,7 @@ from typing import Any
 from harness.statistics.intervals import Interval, log_ratio_interval
 from harness.statistics.timing import throughput
 from harness.tables.images import exact
-from harness.tables.read import read_json
+from harness.tables.read import read_json, scene_names
 from harness.tables.schema import Recorder, Subject
 
 ENGINE = "replay"
@@ -58,7 +58,7 @@ def read_ray_jobs(results_dir: Path) -> list[RayJob]:
     settings = results_dir / "settings.json"
     if not settings.exists():
         return []
-    names = [Path(scene).name for scene in read_json(settings).get("rays", {}).get("scenes", [])]
+    names = scene_names(read_json(settings).get("rays", {}).get("scenes", []))
     return [_read_job(results_dir / "rays" / name) for name in names]
 
 
