@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from harness.measure.config import ROOT
 from harness.scene import RenderSettings, load_scene, load_settings
 from harness.tracers import NONE, TRACERS, RayHits, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import make_rays
+from harness.tracers.rays import Way, make_rays
 from harness.tracers.registry import load_tracer
 
 SCENES = ("cornell-box", "mirror-glass", "three-spheres")
@@ -105,6 +105,39 @@ def test_the_time_is_that_of_tracing_alone(name: str):
     rays = rays_through("cornell-box")
     tracer.trace(*rays)
     assert 0.0 < tracer.trace(*rays).seconds < np.inf
+
+
+@pytest.mark.parametrize("name", ["haste-cpu", "embree", "mitsuba-llvm", "haste-cuda"])
+def test_every_repeat_has_a_time_and_the_hits_of_the_first(name: str):
+    tracer = loaded(name, "cornell-box")
+    rays = rays_through("cornell-box")
+    once, often = tracer.trace(*rays), tracer.trace(*rays, repeats=3)
+    assert len(often.times) == 3 and min(often.times) > 0.0 and often.seconds == often.times[-1]
+    assert np.array_equal(once.t, often.t) and np.array_equal(once.primitive, often.primitive)
+
+
+@pytest.mark.parametrize("name", ["haste-cpu", "haste-cuda"])
+def test_every_traversal_of_the_core_gives_the_same_hits(name: str):
+    tracer = loaded(name, "three-spheres")
+    rays = rays_through("three-spheres")
+    expected = tracer.trace(*rays)
+    for way in tracer.ways():
+        hits = tracer.trace(*rays, way=way)
+        assert np.array_equal(hits.t, expected.t), way
+        assert np.array_equal(hits.primitive, expected.primitive), way
+        structure = tracer.structure(way)
+        assert structure is not None and structure.size > 0.0, way
+
+
+def test_a_way_that_a_tracer_does_not_have_is_refused():
+    tracer = loaded("haste-cpu", "cornell-box")
+    with pytest.raises(UnsupportedError, match="haste-cpu has no traversal octree, watertight"):
+        tracer.trace(ORIGINS, TOWARDS, way=Way("octree", "watertight"))
+    embree = loaded("embree", "cornell-box")
+    with pytest.raises(UnsupportedError, match="one ray a call"):
+        embree.trace(ORIGINS, TOWARDS, way=Way("intersect8", "robust"))
+    with pytest.raises(UnsupportedError, match="robust mode"):
+        embree.trace(ORIGINS, TOWARDS, way=Way("intersect1", "fast"))
 
 
 def test_a_call_a_ray_has_no_time():
