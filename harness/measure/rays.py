@@ -37,7 +37,7 @@ MAKER = "haste-cpu"
 """Finds the hits from which rays go on; everybody is given the same rays."""
 CORE_TRAVERSALS = ("bvh2", "bvh2_stackless", "bvh8", "brute_force")
 SETTLING = 1
-"""Untimed repeats before each timed one: others have had the caches and the clocks since."""
+"""Untimed repeats at each turn: others have had the caches and the clocks since."""
 MOST_REPEATS = 100_000
 """Of a reading of energy, where a repeat takes next to no time."""
 OWN_CODE = (
@@ -337,11 +337,14 @@ class _Job:
             for variant in variants
             if variant.first is not None and math.isfinite(variant.first.times[-1])
         ]
-        for _ in range(self._settings["repeats"]):
+        left = self._settings["repeats"]
+        while left > 0:
+            now = min(left, self._settings["at_once"])
             for variant in timed:
-                answer = self._ask(name, variant, repeats=SETTLING + 1)
+                answer = self._ask(name, variant, repeats=SETTLING + now)
                 if answer is not None:
-                    variant.times.append(answer.times[-1])
+                    variant.times += answer.times[SETTLING:]
+            left -= now
 
     def _take_energy(self, name: str, variant: Variant) -> None:
         """Read the GPU's counter around so many repeats that it moves."""

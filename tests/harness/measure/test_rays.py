@@ -93,6 +93,17 @@ def test_tracers_take_turns_and_each_settles_before_it_is_timed(
     assert rows["embree", "intersect1"]["wrong"]["count"] > 10
 
 
+def test_a_turn_may_hold_several_repeats_and_their_number_is_that_asked_for(
+    fake: Any, make: Callable[..., Config]
+):
+    fake(embree="Replaying")
+    _, records = replayed(make(["embree"], classes=["camera"], repeats=5, at_once=2))
+    asked = [line for line in fake.calls() if " load " not in line]
+    assert [line.split()[-1] for line in asked] == ["counted", "x2", "x3", "x3", "x2"]
+    row = next(row for row in records["camera"]["variants"] if row["status"] == "ok")
+    assert len(row["seconds"]) == 5
+
+
 def test_a_way_that_a_tracer_lacks_is_skipped_with_its_reason(
     fake: Any, make: Callable[..., Config]
 ):
