@@ -28,6 +28,7 @@ from harness.rays.generate import RaysError, generate_rays
 from harness.rays.store import hash_file, read_rays, write_rays
 from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
 from harness.tracers.rays import RayHits, Rays, Structure, Way
+from harness.tracers.registry import TRACERS, load_tracer
 
 ROOT = Path(__file__).resolve().parents[2]
 SUMMARY = "replayed.json"
@@ -101,6 +102,7 @@ def replay_scene(config: Config, name: str, threads: int) -> Path:
     scene = load_scene(scene_path, recentre=settings.recentre)
     render = unshaded_settings(settings, scene.camera.width, scene.camera.height)
     tracers = config["tracers"]
+    about = provenance(config, scene, threads)
     with Crew({*tracers, MAKER}, threads, config["timeout_seconds"]) as crew:
         able = crew.probe(dict.fromkeys([*tracers, MAKER]), render.model)
         ready = {
@@ -129,8 +131,8 @@ def replay_scene(config: Config, name: str, threads: int) -> Path:
         "rays": count,
         "rays_sha256": sha256,
     }
-    about = provenance(config, scene, threads)
-    write_json(folder / "provenance.json", {**about, "rays": {"sha256": sha256, "count": count}})
+    about["rays"] = {"sha256": sha256, "count": count}
+    write_json(folder / "provenance.json", about)
     write_json(folder / "scene.json", description)
     summary = folder / SUMMARY
     failed = [row for row in rows if row["status"] == "failed"]
@@ -205,15 +207,19 @@ class _Job:
             write_json(path, {"key": key, **self._replay_class(name)})
             progress.say(f"{name} in {progress.elapsed - start:.0f} s")
 
+    def _absence(self, tracer: str) -> NoHits:
+        """Why a tracer takes no part, or no further part."""
+        row = next(row for row in reversed(self.crew.rows) if row["tracer"] == tracer)
+        return NoHits(row["status"], row["reason"])
+
     def _variants(self) -> list[Variant]:
         """Every tracer in every way that is asked for, also those that cannot."""
         variants = []
         for tracer in self.config["tracers"]:
             answer = self.ready.get(tracer)
             if answer is None or not self.crew.takes_part(tracer, self.render.model):
-                reasons = [row for row in self.crew.rows if row["tracer"] == tracer]
-                missing = Variant(tracer, Way("", "native"))
-                missing.end(NoHits(reasons[-1]["status"], reasons[-1]["reason"]))
+                missing = Variant(tracer, Way("", load_tracer(TRACERS[tracer]).precision))
+                missing.end(self._absence(tracer))
                 variants.append(missing)
                 continue
             wanted = self._settings["traversals"]
@@ -264,7 +270,7 @@ class _Job:
         if variant.status != "ok":
             return None
         if not self.crew.takes_part(variant.tracer, self.render.model):
-            variant.end(NoHits("failed", self.crew.rows[-1]["reason"]))
+            variant.end(self._absence(variant.tracer))
             return None
         request = Replay(
             file=self.folder / FILE,

@@ -56,6 +56,6 @@ def structure_of(scene: Any, traversal: str) -> Structure:
     from haste_cuda import _core
 
     if hasattr(_core, "bvh_bytes"):
-        seconds, size = _core.build_seconds(scene, traversal), _core.bvh_bytes(scene, traversal)
+        size, seconds = _core.bvh_bytes(scene, traversal), _core.bvh_build_seconds(scene, traversal)
         return Structure(float(seconds), float(size))
     return Structure(float(scene.bvh["build_seconds"]), float(scene.bvh["bytes"]))

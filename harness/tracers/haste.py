@@ -203,18 +203,23 @@ class _HasteTracer(Tracer):
             repeats=repeats,
             count=count,
         )
+        return self._hits(answer, times)
+
+    def _hits(self, answer: dict[str, Any], times: tuple[float, ...]) -> RayHits:
+        """Read the extension's answer."""
         primitive = answer["primitive"]
         known = primitive != NONE
-        shape = np.full(len(rays), NONE)
+        shape = np.full(len(primitive), NONE)
         shape[known] = self.owners[primitive[known]]
+        visits = None
+        if "nodes" in answer:
+            visits = Visits(float(answer["nodes"]), float(answer["triangles"]))
         return RayHits(
             t=answer["t"],
             shape=shape,
             primitive=primitive,
             times=times,
-            visits=Visits(float(answer["nodes"]), float(answer["triangles"]))
-            if "nodes" in answer
-            else None,
+            visits=visits,
             extras={
                 name: float(value)
                 for name, value in answer.items()
@@ -240,6 +245,7 @@ class Embree(_HasteTracer):
         """Make a scene ready; build time and size are those of Embree's own hierarchy."""
         times = super().load(scene_path, settings)
         built = self.scene.embree
+        self.built: dict[str, Structure] = {}
         return {
             "load_seconds": times["load_seconds"],
             "build_seconds": float(built["build_seconds"]),
@@ -253,28 +259,37 @@ class Embree(_HasteTracer):
     def ways(cls) -> tuple[Way, ...]:
         """Calls of a ray, or of a packet of rays, in both of Embree's modes."""
         return tuple(
-            Way(call, mode)
-            for mode in ("robust", "fast")
-            for call in ("intersect1", "intersect8", "intersect16")
+            Way(f"intersect{width}", mode) for mode in ("robust", "fast") for width in (1, 8, 16)
         )
 
     def structure(self, way: Way) -> Structure | None:
-        """Embree's own hierarchy."""
-        del way
-        built = self.scene.embree
-        return Structure(float(built["build_seconds"]), float(built["bytes"]))
-
-    def _how(self, way: Way) -> dict[str, object]:
-        if way.traversal != "intersect1":
-            raise UnsupportedError("the binding of Embree traces one ray a call (rtcIntersect1)")
-        if way.precision != self.precision:
-            raise UnsupportedError("the binding of Embree builds its scene in the robust mode")
-        return {"threads": self.threads, "intersector": "embree"}
+        """Embree's own hierarchy, of a mode in which rays have been traced."""
+        return self.built.get(way.precision)
 
     def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+        import haste_cuda
+
         # Embree does not say what it looks at.
         del count
-        return super()._replay(rays, way, any_hit=any_hit, repeats=repeats, count=False)
+        if way not in self.ways():
+            raise UnsupportedError(f"{self.name} has no call {way.traversal}, {way.precision}")
+        table = np.column_stack([rays.origins, rays.t_min, rays.directions, rays.t_max])
+        try:
+            answer = haste_cuda.trace_embree(
+                self.scene,
+                np.ascontiguousarray(table),
+                any_hit=any_hit,
+                width=int(way.traversal.removeprefix("intersect")),
+                mode=way.precision,
+                threads=self.threads,
+                repeats=repeats,
+            )
+        except ValueError as refusal:
+            # The rays have been checked: what is refused is the packet.
+            raise UnsupportedError(str(refusal)) from refusal
+        size, seconds = float(answer["bytes"]), float(answer.pop("build_seconds"))
+        self.built[way.precision] = Structure(seconds, size)
+        return self._hits(answer, tuple(answer["seconds"]))
 
 
 class HasteCuda(_HasteTracer):
