@@ -80,7 +80,8 @@ def closest_hits(scene: Scene, rays: Rays) -> Truth:
     primitive = np.full(len(rays), NONE, np.int64)
     winner = within & (pairs.t == t[pairs.ray])
     np.minimum.at(primitive, pairs.ray[winner], pairs.primitive[winner])
-    at_end = np.minimum(np.abs(pairs.t - low), np.abs(pairs.t - high)) <= pairs.doubt
+    with np.errstate(invalid="ignore"):
+        at_end = np.fmin(np.abs(pairs.t - low), np.abs(pairs.t - high)) <= pairs.doubt
     # What may be a hit or not matters where it is not behind a hit.
     matters = (pairs.t <= t[pairs.ray] + pairs.doubt) & (pairs.t >= low - pairs.doubt)
     matters &= pairs.t <= high + pairs.doubt
@@ -177,7 +178,8 @@ def _sphere_pairs(scene: Scene, rays: Rays) -> list[_Pairs]:
         ray = np.flatnonzero(inner >= -edge)
         half = np.sqrt(np.maximum(inner[ray], 0.0) / squared[ray])
         with np.errstate(divide="ignore"):
-            doubt = edge[ray] / (half * squared[ray])
+            # Half of the chord is a square root, whose relative error is half of its argument's.
+            doubt = 0.5 * edge[ray] / (half * squared[ray])
         parts += [
             _Pairs(
                 ray=ray,

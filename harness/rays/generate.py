@@ -31,6 +31,10 @@ SHORT_OF_THE_LIGHT = 1.0 - 2.0**-10
 """Where a shadow ray ends on its way to a point of a light: before the light itself."""
 
 
+LIGHT_DRAWS = 64
+"""Points of lights that are drawn for a hit, at most, before fewer hits have to do."""
+
+
 class RaysError(Exception):
     """The rays of a scene cannot be made; the message says why."""
 
@@ -111,7 +115,7 @@ def generate_rays(
     uniform = _uniform_rays(scene, count, random("random"))
     made = {
         "camera": camera,
-        "shadow": _shadow_rays(scene, seen.spread(count), random("shadow")),
+        "shadow": _shadow_rays(scene, seen, count, random("shadow")),
         "ambient": _diffuse_rays(seen.spread(count), random("ambient"), reach),
         "diffuse1": diffuse1,
         "diffuse2": _diffuse_rays(bounced.spread(count), random("diffuse2"), math.inf),
@@ -212,33 +216,52 @@ def _on_sphere(count: int, random: np.random.Generator) -> Floats:
     return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
 
 
-def _shadow_rays(scene: Scene, points: _Points, random: np.random.Generator) -> Rays:
+def _shadow_rays(scene: Scene, points: _Points, count: int, random: np.random.Generator) -> Rays:
     """Rays towards points drawn uniformly from a light's surface, each light as often as any.
 
-    Without lights they go into the sky: uniformly over the hemisphere of the normal, without end.
+    A point behind the surface is drawn anew: nobody traces what the surface itself hides. Without
+    lights rays go into the sky: uniformly over the hemisphere of the normal, without end.
     """
-    count = len(points)
-    choice = random.random(count)
-    where = random.random((count, 3))
-    origins = _offset(points)
+    spread = points.spread(count)
     if not scene.lights:
         direction = _on_sphere(count, random)
-        below = np.einsum("ij,ij->i", direction, points.normal) < 0.0
+        below = np.einsum("ij,ij->i", direction, spread.normal) < 0.0
         direction[below] *= -1.0
-        return _rays(origins, direction, math.inf)
+        return _rays(_offset(spread), direction, math.inf)
+    origins = _offset(spread)
+    starts, targets = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    for _ in range(LIGHT_DRAWS):
+        drawn = _on_lights(scene, count, random)
+        front = np.flatnonzero(np.einsum("ij,ij->i", drawn - origins, spread.normal) > 0.0)
+        starts.append(front)
+        targets.append(drawn[front])
+        if sum(map(len, starts)) >= count:
+            break
+    start, target = np.concatenate(starts), np.concatenate(targets)
+    if not len(start):
+        raise RaysError(f"{scene.name}: nothing that the camera sees faces a light")
+    # In the order of the points, evenly from all of them.
+    order = np.argsort(start, kind="stable")[np.arange(count) * len(start) // count]
+    origin = origins[start[order]]
+    # Not of unit length: the ray parameter is the share of the way to the light.
+    return _rays(origin, target[order] - origin, SHORT_OF_THE_LIGHT)
+
+
+def _on_lights(scene: Scene, count: int, random: np.random.Generator) -> Floats:
+    """Points on the lights, [count, 3]."""
+    light = random.integers(len(scene.lights), size=count)
+    where, ball = random.random((count, 3)), _on_sphere(count, random)
     target = np.empty((count, 3))
-    light = np.minimum((choice * len(scene.lights)).astype(np.int64), len(scene.lights) - 1)
     for index, one in enumerate(scene.lights):
         chosen = light == index
         shape = scene.shapes[one.shape]
         if shape.kind == "sphere":
-            ball = scene.spheres[shape.first].astype(np.float64)
-            target[chosen] = ball[:3] + ball[3] * _on_sphere(int(chosen.sum()), random)
+            sphere = scene.spheres[shape.first].astype(np.float64)
+            target[chosen] = sphere[:3] + sphere[3] * ball[chosen]
             continue
         triangles = scene.triangles[shape.first : shape.first + shape.count]
         target[chosen] = _on_mesh(scene.vertices[triangles].astype(np.float64), where[chosen])
-    # Not of unit length: the ray parameter is the share of the way to the light.
-    return _rays(origins, target - origins, SHORT_OF_THE_LIGHT)
+    return target
 
 
 def _on_mesh(corners: Floats, where: Floats) -> Floats:

@@ -176,6 +176,7 @@ class Mute(Tracer):
     """A tracer that renders and nothing else."""
 
     name: ClassVar[str] = "mute"
+    precision: ClassVar[str] = "native"
 
     @classmethod
     def unavailable(cls) -> str | None:
