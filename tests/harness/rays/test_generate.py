@@ -88,9 +88,14 @@ def test_the_same_seed_gives_the_same_file_and_another_seed_others(tmp_path: Pat
 def test_a_spawned_ray_never_meets_the_triangle_that_it_starts_from():
     scene, rays = scene_of("cornell-box"), rays_of("cornell-box")
     own, _ = starts_of("cornell-box")
-    for name in ("diffuse1", "ambient", "shadow"):
+    for name in ("diffuse1", "ambient"):
         met = brute_force(scene, rays[name]).primitive
         assert not np.flatnonzero(met == own).size, (name, np.flatnonzero(met == own)[:5])
+    # Shadow rays start from some of the points only: what they meet is not where they start.
+    hits = brute_force(scene, rays["shadow"])
+    way = hits.t * np.linalg.norm(rays["shadow"].directions, axis=1)
+    near = np.flatnonzero(way < 2.0**-16 * extent(scene))
+    assert hits.hit.any() and not near.size, (near[:5], way[near[:5]])
 
 
 def test_diffuse_rays_are_distributed_as_the_cosine():
@@ -123,10 +128,10 @@ def test_a_shadow_ray_goes_to_a_point_of_a_light_and_ends_before_it():
     # Origin and direction are rounded to float32, of coordinates up to the scene's.
     slack = 2.0**-22 * np.abs(scene.vertices).max()
     assert (ends > low - slack).all() and (ends < high + slack).all()
-    # All over the light: the mean of a uniform share is 1/2, its variance 1/12.
+    # All over the light, though some of it is behind some surfaces.
     wide = np.argmax(high - low)
     share = (ends[:, wide] - low[wide]) / (high[wide] - low[wide])
-    assert abs(share.mean() - 0.5) < FOUR_SIGMA * (1.0 / 12.0 / COUNT) ** 0.5
+    assert np.histogram(share, 8, (0.0, 1.0))[0].min() > COUNT / 16
     met = brute_force(scene, shadow).primitive
     own = (met >= light.first) & (met < light.first + light.count)
     assert not own.any(), np.flatnonzero(own)[:5]
