@@ -35,6 +35,14 @@ def _measure(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _rays(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.rays import replay_scene
+
+    for scene in options.scene or config.ray_scenes:
+        replay_scene(config, scene, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -122,6 +130,7 @@ def _available(config: Config, options: argparse.Namespace) -> int:
 COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
+    "rays": (_rays, "trace the same rays with every tracer"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
@@ -156,7 +165,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "features", "generate", "thumbnails"}:
+        if name in {"truth", "measure", "rays", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -167,7 +176,7 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"truth", "measure", "available", "thumbnails"}:
+        if name in {"truth", "measure", "rays", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -186,9 +195,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            if options.command in {"truth", "measure"} and scene not in config.scenes:
-                known = ", ".join(config.scenes)
-                raise ConfigError(f"--scene {scene}: the settings name {known}")  # noqa: TRY301
+            known = config.ray_scenes if options.command == "rays" else config.scenes
+            if options.command in {"truth", "measure", "rays"} and scene not in known:
+                names = ", ".join(known) or "none"
+                raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:
             check_run(config, options.scene)
         return COMMANDS[options.command][0](config, options)
@@ -208,11 +218,12 @@ def _refuse(error: Exception) -> int:
 
 def _expected_errors() -> tuple[type[Exception], ...]:
     """Errors whose message is all that a user needs; anything else is a defect and is traced."""
+    from harness.rays.generate import RaysError
     from harness.scene import SceneError
     from harness.tables import ResultsError, SchemaError
     from reference.analytic import AnswerError
 
-    return (SceneError, ResultsError, SchemaError, AnswerError)
+    return (SceneError, RaysError, ResultsError, SchemaError, AnswerError)
 
 
 if __name__ == "__main__":

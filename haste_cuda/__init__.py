@@ -1,8 +1,9 @@
 """The CUDA Monte Carlo ray tracer of Somers and Gibson's Haste, with its twin on the CPU.
 
 One core, compiled by g++ for the CPU and by NVRTC for the GPU: scenes (`Scene`), render settings
-(`Settings`) and one function a side (`render_cpu`, `render_cuda`); `trace_cpu` and `trace_cuda`
-trace rays and shade nothing. The extension imports without a GPU; `cuda_unavailable` then says why.
+(`Settings`) and one function a side (`render_cpu`, `render_cuda`); `trace_cpu`, `trace_cuda` and
+`trace_embree` trace rays and shade nothing. The extension imports without a GPU; `cuda_unavailable`
+then says why.
 """
 
 from haste_cuda._core import (
@@ -17,6 +18,7 @@ from haste_cuda._core import (
     build_info,
     render_cpu,
     trace_cpu,
+    trace_embree,
 )
 from haste_cuda.gpu import cuda_unavailable, device_info, render_cuda, trace_cuda
 
@@ -36,4 +38,5 @@ __all__ = [
     "render_cuda",
     "trace_cpu",
     "trace_cuda",
+    "trace_embree",
 ]

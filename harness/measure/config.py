@@ -78,6 +78,16 @@ class Config:
         found = [find_scene(scene) for scene in self.values["scenes"]]
         return {scene_name(path): path for path in found}
 
+    @property
+    def ray_scenes(self) -> dict[str, Path]:
+        """Name and place of each scene of the benchmark of rays, in the order of the settings."""
+        found = [find_scene(scene) for scene in self.values["rays"]["scenes"]]
+        return {scene_name(path): path for path in found}
+
+    def ray_dir(self, scene: str) -> Path:
+        """Where the rays of a scene, and what came of them, are written."""
+        return self.results_dir / "rays" / scene
+
     def scene_dir(self, scene: str) -> Path:
         """Where the files of one scene's job are written."""
         return self.results_dir / "scenes" / scene
@@ -188,7 +198,8 @@ def check_config(values: Mapping[str, Any]) -> Config:
                 "unless `miniature: true`"
             )
     config = Config(checked)
-    _check_names(checked["scenes"])
+    _check_names("scenes", checked["scenes"])
+    _check_names("rays.scenes", checked["rays"]["scenes"])
     known = {*config.scenes, *(Path(name).name for name in standard_scenes())}
     for key, names in (
         ("scene_settings", checked["scene_settings"]),
@@ -201,14 +212,14 @@ def check_config(values: Mapping[str, Any]) -> Config:
     return config
 
 
-def _check_names(scenes: Sequence[str]) -> None:
+def _check_names(key: str, scenes: Sequence[str]) -> None:
     """Refuse two scenes whose results would go into one folder."""
     first: dict[str, str] = {}
     for scene in scenes:
         name = scene_name(find_scene(scene))
         if name in first:
             raise ConfigError(
-                f"config: scenes: {first[name]!r} and {scene!r} have the same name, {name!r}"
+                f"config: {key}: {first[name]!r} and {scene!r} have the same name, {name!r}"
             )
         first[name] = scene
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from harness.measure.messages import Loaded, Ready, Render, Trace
+from harness.measure.messages import Loaded, Ready, Render, Replay, Replayed, Trace
 from harness.measure.worker import TracerFailedError, TracerRefusedError, Worker
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
@@ -147,11 +147,34 @@ class Crew:
         """
         try:
             self._probe(tracer)
-            worker = self._worker(tracer)
-            worker.load(scene_path, settings)
-            return worker.trace(request)
+            self._worker(tracer).load(scene_path, settings)
         except TracerRefusedError as refusal:
             return NoHits("skipped", str(refusal))
         except TracerFailedError as error:
             self._end(tracer)
+            return NoHits("failed", str(error))
+        return self.trace_loaded(tracer, request)
+
+    def trace_loaded(self, tracer: str, request: Trace) -> RayHits | NoHits:
+        """Trace rays through the scene that a tracer has loaded."""
+        try:
+            return self._workers[tracer].trace(request)
+        except TracerRefusedError as refusal:
+            return NoHits("skipped", str(refusal))
+        except TracerFailedError as error:
+            self._end(tracer)
+            return NoHits("failed", str(error))
+
+    def replay(self, tracer: str, model: str, request: Replay) -> Replayed | NoHits:
+        """Trace rays of a file through the scene that a tracer has loaded.
+
+        A tracer that refuses may be asked for other rays, or to trace them in another way; one that
+        fails is dropped.
+        """
+        try:
+            return self._workers[tracer].replay(request)
+        except TracerRefusedError as refusal:
+            return NoHits("skipped", str(refusal))
+        except TracerFailedError as error:
+            self._fail(tracer, model, error)
             return NoHits("failed", str(error))

@@ -63,7 +63,7 @@ def measure_eye_rays(
         path.unlink(missing_ok=True)
         return None
     scene = load_scene(scene_path, recentre=settings.recentre)
-    render = _settings(settings, scene.camera.width, scene.camera.height)
+    render = unshaded_settings(settings, scene.camera.width, scene.camera.height)
     keys = [
         subject_of(scene, tracer, render, crew.threads, recentre=settings.recentre).key
         for tracer in tracers
@@ -115,7 +115,7 @@ def measure_eye_rays(
     return path
 
 
-def _settings(settings: Settings, width: int, height: int) -> RenderSettings:
+def unshaded_settings(settings: Settings, width: int, height: int) -> RenderSettings:
     """Settings to load a scene with: nothing is shaded, so the model that most tracers take."""
     model = "path" if "path" in settings.models else settings.models[0]
     return settings.render(model, width=width, height=height)

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def _write(path: Path, write: Callable[[BinaryIO], object]) -> None:
+def write_file(path: Path, write: Callable[[BinaryIO], object]) -> None:
+    """Write a file with `write`, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     # In the same folder: a rename is atomic within one file system only.
     descriptor, temporary = tempfile.mkstemp(prefix=".partial-", dir=path.parent)
@@ -31,7 +32,7 @@ def _write(path: Path, write: Callable[[BinaryIO], object]) -> None:
 def write_json(path: Path, value: object) -> None:
     """Write a JSON file, whole or not at all."""
     text = json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n"
-    _write(path, lambda file: file.write(text.encode()))
+    write_file(path, lambda file: file.write(text.encode()))
 
 
 def read_json(path: Path) -> Any:
@@ -45,7 +46,7 @@ def read_json(path: Path) -> Any:
 def write_image(path: Path, image: NDArray[np.floating]) -> None:
     """Write an image [height, width, 3] as a float32 .npy file, whole or not at all."""
     pixels = np.ascontiguousarray(image, dtype=np.float32)
-    _write(path, lambda file: np.save(file, pixels, allow_pickle=False))
+    write_file(path, lambda file: np.save(file, pixels, allow_pickle=False))
 
 
 def key_of(parts: Mapping[str, object]) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
-from harness.tracers.rays import RayHits
+from harness.tracers.rays import RayHits, Structure, Visits, Way
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,44 @@ class Trace:
 
 
 @dataclass(frozen=True, slots=True)
+class Replay:
+    """Trace a class of rays of a file. Answered by `Replayed` or `Refused`.
+
+    file: of `harness.rays.store`. most: trace so many of the rays, at even distances, where there
+    are more. hits: send back what was hit, and count what the traversal looks at. energy: read the
+    GPU's counter around all repeats.
+    """
+
+    file: Path
+    rays: str
+    any_hit: bool
+    way: Way
+    most: int | None = None
+    repeats: int = 1
+    hits: bool = False
+    energy: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """What a replay gave.
+
+    times: seconds of each repeat. rays: how many were traced. t, primitive: as of `RayHits`, where
+    they were asked for. peak_bytes: most memory that the tracer's process has held so far. joules:
+    energy of a repeat, or why it is not known.
+    """
+
+    times: tuple[float, ...]
+    rays: int
+    t: NDArray[np.float32] | None
+    primitive: NDArray[np.uint32] | None
+    visits: Visits | None
+    structure: Structure | None
+    peak_bytes: int
+    joules: float | str
+
+
+@dataclass(frozen=True, slots=True)
 class Ready:
     """The tracer can run; what it says of itself."""
 
@@ -55,6 +93,8 @@ class Ready:
     engines: tuple[str, ...]
     precision: str
     warm_ups: int
+    ways: tuple[Way, ...]
+    on_gpu: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,5 +119,5 @@ class Failed:
     message: str
 
 
-Request = Probe | Load | Render | Trace
-Answer = Ready | Loaded | Refused | Failed | RenderResult | RayHits
+Request = Probe | Load | Render | Trace | Replay
+Answer = Ready | Loaded | Refused | Failed | RenderResult | RayHits | Replayed

@@ -20,6 +20,8 @@ from harness.measure.messages import (
     Ready,
     Refused,
     Render,
+    Replay,
+    Replayed,
     Request,
     Trace,
 )
@@ -51,6 +53,8 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
                 engines=tracer.engines,
                 precision=tracer.precision,
                 warm_ups=tracer.warm_ups,
+                ways=tracer.ways(),
+                on_gpu=tracer.on_gpu,
             )
         case Load(scene_path, settings):
             try:
@@ -63,6 +67,13 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
         case Trace(origins, directions, t_min, t_max, any_hit):
             try:
                 return tracer.trace(origins, directions, t_min, t_max, any_hit=any_hit)
+            except UnsupportedError as refusal:
+                return Refused(str(refusal))
+        case Replay():
+            from harness.measure.replay import replay
+
+            try:
+                return replay(tracer, request)
             except UnsupportedError as refusal:
                 return Refused(str(refusal))
 
@@ -222,4 +233,10 @@ class Worker:
         """Trace rays through the loaded scene."""
         answer = self._ask(request)
         assert isinstance(answer, RayHits)
+        return answer
+
+    def replay(self, request: Replay) -> Replayed:
+        """Trace a class of rays of a file through the loaded scene."""
+        answer = self._ask(request)
+        assert isinstance(answer, Replayed)
         return answer

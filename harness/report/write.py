@@ -19,6 +19,15 @@ from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
 from harness.report.ladder import find_rungs, ladder_table, plot_ladder
+from harness.report.rays import (
+    find_ray_rows,
+    hierarchy_table,
+    missing_table,
+    optix_note,
+    ratio_table,
+    ray_table,
+)
+from harness.report.rays_figures import plot_ray_ratios, plot_ray_tests
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -38,6 +47,7 @@ from harness.report.tables import (
     verdict_table,
 )
 from harness.tables.lookup import read_measurements
+from harness.tables.rays import RATIOS_TO, read_ray_jobs
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.write import merge_provenance
 
@@ -110,7 +120,8 @@ def write_report(results_dir: Path) -> Path:
     settings = settings_of(jobs)
     judgements, absent = judge(jobs, settings)
     answers = judge_answers(jobs)
-    provenance = merge_provenance(jobs)
+    ray_jobs = read_ray_jobs(results_dir)
+    provenance = merge_provenance(jobs, ray_jobs)
     captions = read_captions()
     figures = _Figures(results_dir / "figures", [])
     # A known answer is one colour all over the image, and judged by more than the truth.
@@ -144,6 +155,23 @@ def write_report(results_dir: Path) -> Path:
         for job in jobs
     ]
     rungs = find_rungs(measurements, jobs)
+    ray_rows = find_ray_rows(measurements)
+    optix = optix_note(ray_jobs)
+    ray_figures = [
+        figures.add(
+            f"rays-{other}",
+            plot_ray_ratios(ray_rows, other),
+            f"Rays a second over {other}",
+            f"{captions['ray_ratios']} {optix}".strip(),
+        )
+        for other in RATIOS_TO
+    ]
+    sizes = {job.name: job.primitives for job in ray_jobs}
+    ray_figures.append(
+        figures.add(
+            "ray-tests", plot_ray_tests(ray_rows, sizes), "Tests a ray", captions["ray_tests"]
+        )
+    )
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent, jobs),
@@ -154,6 +182,10 @@ def write_report(results_dir: Path) -> Path:
         "engines": ladder_table(rungs),
         "times": times_table(measurements, jobs),
         "eye_rays": eye_rays_table(jobs),
+        "rays": ray_table(ray_rows),
+        "ray_ratios": ratio_table(ray_rows),
+        "ray_hierarchies": hierarchy_table(ray_rows),
+        "rays_skipped": missing_table(ray_rows),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -184,6 +216,8 @@ def write_report(results_dir: Path) -> Path:
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
         ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
+        ray_figures=[figure for figure in ray_figures if figure],
+        optix=optix,
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),
         commands=reproduce(provenance, jobs),

@@ -10,7 +10,12 @@ from snakemake.exceptions import WorkflowError
 sys.path.insert(0, workflow.basedir)
 
 from harness.measure.config import ConfigError, check_config
-from harness.measure.inputs import package_sources, scene_files, tracing_sources
+from harness.measure.inputs import (
+    package_sources,
+    ray_scene_files,
+    scene_files,
+    tracing_sources,
+)
 from harness.preflight import check_run
 from harness.scene import SceneError
 

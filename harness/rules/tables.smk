@@ -5,6 +5,7 @@ rule tables:
     input:
         truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
+        rays=expand(f"{RESULTS}/rays/{{scene}}/replayed.json", scene=RAY_FILES),
         settings=f"{RESULTS}/settings.json",
         sources=package_sources(
             "harness/statistics", "harness/tables", "harness/schemas"

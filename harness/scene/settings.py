@@ -61,6 +61,7 @@ class Settings:
     recentre: bool
     answer: str
     eye_rays: EyeRays | None
+    rays_inside: bool
     picture_parameters: Mapping[str, str]
 
     def render(
@@ -135,6 +136,7 @@ def _settings(source: str, written: Any, *, title: str) -> Settings:
         recentre=values["recentre"],
         answer=values["answer"],
         eye_rays=EyeRays(**values["eye_rays"]) if values["eye_rays"] else None,
+        rays_inside=values["rays_inside"],
         picture_parameters={
             name: str(value) for name, value in values["picture_parameters"].items()
         },

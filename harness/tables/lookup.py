@@ -21,6 +21,7 @@ class Measurement:
     tracer: str
     model: str
     engine: str
+    precision: str
     case: str
     quantity: str
     interval: Interval
@@ -105,6 +106,7 @@ def read_measurements(path: Path) -> Measurements:
             row["tracer"],
             row["model"],
             row["engine"],
+            row["precision"],
             row["case"],
             row["quantity"],
             Interval(

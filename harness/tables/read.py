@@ -221,10 +221,10 @@ def scenes_of_run(results_dir: Path) -> list[str] | None:
     settings = results_dir / "settings.json"
     if not settings.exists():
         return None
-    return _names(read_json(settings).get("scenes", []))
+    return scene_names(read_json(settings).get("scenes", []))
 
 
-def _names(scenes: str | Sequence[str]) -> list[str]:
+def scene_names(scenes: str | Sequence[str]) -> list[str]:
     """What jobs call scenes of a run's settings: by their folder, or by their file's stem."""
     paths = [Path(scene) for scene in ([scenes] if isinstance(scenes, str) else scenes)]
     folders = [path.parent if path.name == "scene.xml" else path for path in paths]
@@ -252,7 +252,7 @@ def read_jobs(results_dir: Path) -> list[SceneJob]:
             )
         folders = [folder for folder in folders if folder.name in wanted]
     jobs = [read_job(folder) for folder in folders]
-    order = wanted or _names(jobs[0].provenance.get("config", {}).get("scenes", []))
+    order = wanted or scene_names(jobs[0].provenance.get("config", {}).get("scenes", []))
     return sorted(
         jobs, key=lambda job: (order.index(job.name) if job.name in order else len(order), job.name)
     )

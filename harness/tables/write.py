@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from harness.statistics.intervals import Interval
 from harness.tables.answers import record_answers
 from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
+from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
 from harness.tables.times import (
@@ -64,8 +66,11 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
                 record_convergence(recorder, subject, sets, truth)
 
 
-def merge_provenance(jobs: list[SceneJob]) -> dict[str, Any]:
-    """Join the provenance of the scenes: what they share once, what differs by scene."""
+def merge_provenance(jobs: list[SceneJob], ray_jobs: Sequence[RayJob] = ()) -> dict[str, Any]:
+    """Join the provenance of the scenes: what they share once, what differs by scene.
+
+    Of the benchmark of rays it holds what is its own: the hash and number of the rays of a scene.
+    """
     first = jobs[0].provenance
     shared = {
         key: value
@@ -77,6 +82,10 @@ def merge_provenance(jobs: list[SceneJob]) -> dict[str, Any]:
         **shared,
         "scenes": {
             job.name: {k: v for k, v in job.provenance.items() if k not in shared} for job in jobs
+        },
+        "rays": {
+            job.name: {k: v for k, v in job.provenance.items() if shared.get(k) != v}
+            for job in ray_jobs
         },
     }
 
@@ -91,6 +100,9 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     recorder = Recorder()
     for job in jobs:
         record_job(recorder, job)
+    ray_jobs = read_ray_jobs(results_dir)
+    for ray_job in ray_jobs:
+        record_rays(recorder, ray_job)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",
@@ -99,6 +111,6 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     )
     samples.to_parquet(paths[0], index=False)
     measurements.to_csv(paths[1], index=False, float_format="%.9g", lineterminator="\n")
-    text = json.dumps(merge_provenance(jobs), indent=1, sort_keys=True)
+    text = json.dumps(merge_provenance(jobs, ray_jobs), indent=1, sort_keys=True)
     paths[2].write_text(text + "\n")
     return paths

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.scene import RenderSettings
-from harness.tracers.rays import RayHits, Rays, make_rays
+from harness.tracers.rays import RayHits, Rays, Structure, Way, make_rays
 
 NO_OPTIONS: Mapping[str, object] = MappingProxyType({})
 
@@ -78,6 +78,8 @@ class Tracer(ABC):
         The arithmetic it promises.
     warm_ups
         Untimed renders before the first timed one.
+    on_gpu
+        Whether it traces on a GPU.
     """
 
     name: ClassVar[str]
@@ -85,6 +87,7 @@ class Tracer(ABC):
     engines: ClassVar[tuple[str, ...]] = ("depth_first",)
     precision: ClassVar[str]
     warm_ups: ClassVar[int] = 1
+    on_gpu: ClassVar[bool] = False
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -146,6 +149,9 @@ class Tracer(ABC):
         t_max: float | NDArray[np.float32] = np.inf,
         *,
         any_hit: bool = False,
+        way: Way | None = None,
+        repeats: int = 1,
+        count: bool = False,
     ) -> RayHits:
         """Trace rays through the loaded scene; nothing is shaded.
 
@@ -158,17 +164,35 @@ class Tracer(ABC):
             float32 [N].
         any_hit
             Ask only whether there is a hit, as for a shadow ray, not where the closest one is.
+        way
+            One of `ways`; the first of them where None. It changes no hit.
+        repeats
+            How often to trace the same rays, which are handed to the tracer once.
+        count
+            Count what the traversal looks at, which takes time; never set in a timed call.
 
         Raises
         ------
         ValueError
             An array has the wrong shape or type, or a ray makes no sense; names it.
         UnsupportedError
-            The tracer has no such query.
+            The tracer has no such query, or no such way.
         """
-        return self._replay(make_rays(origins, directions, t_min, t_max), any_hit=any_hit)
+        rays = make_rays(origins, directions, t_min, t_max)
+        way = way or self.ways()[0]
+        return self._replay(rays, way, any_hit=any_hit, repeats=repeats, count=count)
 
-    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
+    @classmethod
+    def ways(cls) -> tuple[Way, ...]:
+        """In which ways it traces rays: the first is that of its images."""
+        return (Way("", cls.precision),)
+
+    def structure(self, way: Way) -> Structure | None:
+        """The acceleration structure of the loaded scene; None where it cannot be told."""
+        del way
+        return None
+
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
         """Trace checked rays; what a tracer implements if it has such a query."""
-        del rays, any_hit
+        del rays, way, any_hit, repeats, count
         raise UnsupportedError(f"{self.name} traces no rays but those of its own images")

@@ -9,7 +9,8 @@ import numpy as np
 
 from harness.scene import RenderSettings, Scene, SceneError, check_model, load_scene, load_settings
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import NONE, RayHits, Rays
+from harness.tracers.extension import replay, structure_of, traversals
+from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
 
 MODELS = frozenset({"path", "haste", "whitted"})
 EXTENSION_MISSING = (
@@ -184,27 +185,53 @@ class _HasteTracer(Tracer):
             extras={name: float(answer[name]) for name in names if name in answer},
         )
 
+    @classmethod
+    def ways(cls) -> tuple[Way, ...]:
+        """The core's traversals, its images' own first."""
+        if cls.unavailable() is not None:
+            return super().ways()
+        return tuple(Way(name, cls.precision) for name in traversals())
+
+    def structure(self, way: Way) -> Structure | None:
+        """The hierarchy of a traversal: what `load` has built, or what the extension says."""
+        return structure_of(self.scene, way.traversal)
+
+    def _how(self, way: Way) -> dict[str, object]:
+        """Keywords of the extension's replay."""
+        return {"traversal": way.traversal, "threads": self.threads}
+
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        return haste_cuda.trace_cpu(
-            self.scene,
-            *(rays.origins, rays.directions, rays.t_min, rays.t_max),
-            threads=self.threads,
-            **how,
-        )
+        arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
+        return haste_cuda.trace_cpu(self.scene, *arrays, **how)
 
-    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
-        answer = self._trace_rays(rays, {"any_hit": any_hit})
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+        if way not in self.ways():
+            raise UnsupportedError(f"{self.name} has no traversal {way.traversal}, {way.precision}")
+        answer, times = replay(
+            lambda **how: self._trace_rays(rays, how),
+            {**self._how(way), "any_hit": any_hit},
+            repeats=repeats,
+            count=count,
+        )
+        return self._hits(answer, times)
+
+    def _hits(self, answer: dict[str, Any], times: tuple[float, ...]) -> RayHits:
+        """Read the extension's answer."""
         primitive = answer["primitive"]
         known = primitive != NONE
-        shape = np.full(len(rays), NONE)
+        shape = np.full(len(primitive), NONE)
         shape[known] = self.owners[primitive[known]]
+        visits = None
+        if "nodes" in answer:
+            visits = Visits(float(answer["nodes"]), float(answer["triangles"]))
         return RayHits(
             t=answer["t"],
             shape=shape,
             primitive=primitive,
-            seconds=float(answer["seconds"]),
+            times=times,
+            visits=visits,
             extras={
                 name: float(value)
                 for name, value in answer.items()
@@ -230,6 +257,7 @@ class Embree(_HasteTracer):
         """Make a scene ready; build time and size are those of Embree's own hierarchy."""
         times = super().load(scene_path, settings)
         built = self.scene.embree
+        self.built: dict[str, Structure] = {}
         return {
             "load_seconds": times["load_seconds"],
             "build_seconds": float(built["build_seconds"]),
@@ -239,14 +267,48 @@ class Embree(_HasteTracer):
     def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
         return super()._trace({**arguments, "intersector": "embree"})
 
-    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
-        return super()._trace_rays(rays, {**how, "intersector": "embree"})
+    @classmethod
+    def ways(cls) -> tuple[Way, ...]:
+        """Calls of a ray, or of a packet of rays, in both of Embree's modes."""
+        return tuple(
+            Way(f"intersect{width}", mode) for mode in ("robust", "fast") for width in (1, 8, 16)
+        )
+
+    def structure(self, way: Way) -> Structure | None:
+        """Embree's own hierarchy, of a mode in which rays have been traced."""
+        return self.built.get(way.precision)
+
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+        import haste_cuda
+
+        # Embree does not say what it looks at.
+        del count
+        if way not in self.ways():
+            raise UnsupportedError(f"{self.name} has no call {way.traversal}, {way.precision}")
+        table = np.column_stack([rays.origins, rays.t_min, rays.directions, rays.t_max])
+        try:
+            answer = haste_cuda.trace_embree(
+                self.scene,
+                np.ascontiguousarray(table),
+                any_hit=any_hit,
+                width=int(way.traversal.removeprefix("intersect")),
+                mode=way.precision,
+                threads=self.threads,
+                repeats=repeats,
+            )
+        except ValueError as refusal:
+            # The rays have been checked: what is refused is the packet.
+            raise UnsupportedError(str(refusal)) from refusal
+        size, seconds = float(answer["bytes"]), float(answer.pop("build_seconds"))
+        self.built[way.precision] = Structure(seconds, size)
+        return self._hits(answer, tuple(answer["seconds"]))
 
 
 class HasteCuda(_HasteTracer):
     """The core compiled at run time for the GPU."""
 
     name: ClassVar[str] = "haste-cuda"
+    on_gpu: ClassVar[bool] = True
     engines: ClassVar[tuple[str, ...]] = (
         *("depth_first", "packets", "streams"),
         *("layers", "wavefront", "persistent"),
@@ -274,9 +336,11 @@ class HasteCuda(_HasteTracer):
 
         return haste_cuda.render_cuda(self.scene, self.model, self.settings, **arguments)
 
+    def _how(self, way: Way) -> dict[str, object]:
+        return {"traversal": way.traversal}
+
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        return haste_cuda.trace_cuda(
-            self.scene, *(rays.origins, rays.directions, rays.t_min, rays.t_max), **how
-        )
+        arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
+        return haste_cuda.trace_cuda(self.scene, *arrays, **how)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from harness.scene import RenderSettings, SceneError, load_scene, parse_scene
 from harness.tracers.base import NO_OPTIONS, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import NONE, RayHits, Rays
+from harness.tracers.rays import NONE, RayHits, Rays, Way
 
 PYTHON_PLUGINS = frozenset({"phong"})
 """Plugins that the project registers from Python; the scalar variants do not run them reliably."""
@@ -90,7 +90,9 @@ class _MitsubaTracer(Tracer):
             np.uint32,
         )
 
-    def _replay(self, rays: Rays, *, any_hit: bool) -> RayHits:
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+        # One way there is, and nothing that it would count.
+        del way, count
         import mitsuba as mi
 
         from harness.tracers.mitsuba_rays import trace
@@ -98,7 +100,8 @@ class _MitsubaTracer(Tracer):
         if self.first_primitives is None:
             self.first_primitives = self._number_primitives()
         mi.set_variant(self.variant)
-        return trace(self.loaded.scene, self.first_primitives, rays, any_hit=any_hit)
+        scene = self.loaded.scene
+        return trace(scene, self.first_primitives, rays, any_hit=any_hit, repeats=repeats)
 
 
 class MitsubaLlvm(_MitsubaTracer):
@@ -112,6 +115,7 @@ class MitsubaCuda(_MitsubaTracer):
     """OptiX through Mitsuba."""
 
     name: ClassVar[str] = "mitsuba-cuda"
+    on_gpu: ClassVar[bool] = True
     variant: ClassVar[str] = "cuda_ad_rgb"
 
 

@@ -27,6 +27,33 @@ class Rays:
 
 
 @dataclass(frozen=True, slots=True)
+class Way:
+    """One way of a tracer to trace rays: its traversal, and the arithmetic of that."""
+
+    traversal: str
+    """name in harness/schemas/keys.yaml; empty where the tracer is another's and has no choice"""
+    precision: str
+
+
+@dataclass(frozen=True, slots=True)
+class Visits:
+    """What a traversal looked at, means over the rays: nodes whose boxes and triangles that it
+    tested.
+    """
+
+    nodes: float
+    triangles: float
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """An acceleration structure: seconds of its build, bytes of its nodes and primitives."""
+
+    build_seconds: float
+    size: float
+
+
+@dataclass(frozen=True, slots=True)
 class RayHits:
     """What a tracer found, one entry a ray.
 
@@ -40,9 +67,11 @@ class RayHits:
     primitive
         uint32 [N], triangles from 0 in the order of `Scene.triangles`, then spheres; `NONE` also
         where the tracer's own shape is not made of the triangles of the import (Mitsuba's disk).
-    seconds
-        Time of tracing alone, [s]: rays and hits lie in the tracer's memory, its code is compiled
-        (from the second call on). NaN where a call a ray would be timed instead.
+    times
+        Time of tracing alone, [s], one entry a repeat: rays and hits lie in the tracer's memory,
+        its code is compiled (from the second call on). NaN where a call a ray would be timed.
+    visits
+        What was looked at, where it was asked for and can be counted.
     extras
         Further numbers, named with their units (``upload_seconds``).
     """
@@ -50,8 +79,14 @@ class RayHits:
     t: NDArray[np.float32]
     shape: NDArray[np.uint32]
     primitive: NDArray[np.uint32]
-    seconds: float
+    times: tuple[float, ...]
+    visits: Visits | None = None
     extras: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def seconds(self) -> float:
+        """Time of the last repeat, [s]."""
+        return self.times[-1]
 
     @property
     def hit(self) -> NDArray[np.bool_]:

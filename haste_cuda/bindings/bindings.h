@@ -2,6 +2,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <array>
 #include <memory>
 #include <mutex>
 
@@ -20,10 +21,11 @@ public:
     [[nodiscard]] const HostScene& host() const { return host_; }
 
     /// Builds Embree's scene on first use.
-    [[nodiscard]] const EmbreeScene& embree() {
+    [[nodiscard]] const EmbreeScene& embree(EmbreeMode mode = EmbreeMode::robust) {
         const std::lock_guard lock(mutex_);
-        if (!embree_) embree_ = std::make_unique<EmbreeScene>(host_, threads_);
-        return *embree_;
+        std::unique_ptr<EmbreeScene>& scene = embree_[std::size_t(mode)];
+        if (!scene) scene = std::make_unique<EmbreeScene>(host_, threads_, mode);
+        return *scene;
     }
 
     /// The scene on the GPU, filled by the renderer on first use.
@@ -33,7 +35,7 @@ private:
     HostScene host_;
     int threads_;
     std::mutex mutex_;
-    std::unique_ptr<EmbreeScene> embree_;
+    std::array<std::unique_ptr<EmbreeScene>, 2> embree_;  ///< by mode
     std::shared_ptr<cuda::Renderer::Scene> device_;
 };
 
@@ -43,6 +45,7 @@ nanobind::dict to_dict(RenderOutput output, const Camera<float>& camera);
 void bind_scene(nanobind::module_& module);
 void bind_render(nanobind::module_& module);
 void bind_replay(nanobind::module_& module);
+void bind_embree_replay(nanobind::module_& module);
 void bind_testing(nanobind::module_& module);
 
 }  // namespace haste

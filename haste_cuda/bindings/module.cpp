@@ -14,6 +14,7 @@ NB_MODULE(_core, module) {
     haste::bind_scene(module);
     haste::bind_render(module);
     haste::bind_replay(module);
+    haste::bind_embree_replay(module);
     haste::bind_testing(module);
     haste::cuda::bind_cuda(module);
 }

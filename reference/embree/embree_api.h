@@ -55,4 +55,53 @@ inline void embree_occluded(RTCScene scene, OwnerContext& context, RTCRay& ray) 
 #endif
 }
 
+/// The same of 8 or 16 rays a call; `valid` is -1 where a lane holds a ray, else 0.
+inline void embree_intersect(const int* valid, RTCScene scene, OwnerContext& context,
+                             RTCRayHit8& query) {
+#if HASTE_EMBREE_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context.base;
+    rtcIntersect8(valid, scene, &query, &arguments);
+#else
+    rtcIntersect8(valid, scene, &context.base, &query);
+#endif
+}
+
+inline void embree_intersect(const int* valid, RTCScene scene, OwnerContext& context,
+                             RTCRayHit16& query) {
+#if HASTE_EMBREE_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context.base;
+    rtcIntersect16(valid, scene, &query, &arguments);
+#else
+    rtcIntersect16(valid, scene, &context.base, &query);
+#endif
+}
+
+inline void embree_occluded(const int* valid, RTCScene scene, OwnerContext& context,
+                            RTCRay8& rays) {
+#if HASTE_EMBREE_MAJOR >= 4
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = &context.base;
+    rtcOccluded8(valid, scene, &rays, &arguments);
+#else
+    rtcOccluded8(valid, scene, &context.base, &rays);
+#endif
+}
+
+inline void embree_occluded(const int* valid, RTCScene scene, OwnerContext& context,
+                            RTCRay16& rays) {
+#if HASTE_EMBREE_MAJOR >= 4
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = &context.base;
+    rtcOccluded16(valid, scene, &rays, &arguments);
+#else
+    rtcOccluded16(valid, scene, &context.base, &rays);
+#endif
+}
+
 }  // namespace haste

@@ -71,14 +71,15 @@ void count_bytes(void* user, ssize_t bytes) {
 
 }  // namespace
 
-EmbreeScene::EmbreeScene(const HostScene& scene, int threads)
+EmbreeScene::EmbreeScene(const HostScene& scene, int threads, EmbreeMode mode)
     : host_(scene), sphere_geometry_(u32(scene.arrays().shapes.size())) {
     const Stopwatch watch;
     const ThreadLimit limit(threads);
     // Eight children a node, vertices in the leaves: a sixth faster on a mesh than the four
     // children that Embree takes by itself in the robust mode; large pages on top of it gain
-    // nothing.
-    device_.reset(rtcNewDevice("tri_accel=bvh8.triangle4v"));
+    // nothing. In the fast mode its own choice is eight-wide.
+    const bool robust = mode == EmbreeMode::robust;
+    device_.reset(rtcNewDevice(robust ? "tri_accel=bvh8.triangle4v" : nullptr));
     if (!device_) throw std::runtime_error("Embree cannot make a device");
     rtcSetDeviceMemoryMonitorFunction(
         device_.get(),
@@ -88,12 +89,12 @@ EmbreeScene::EmbreeScene(const HostScene& scene, int threads)
         },
         &bytes_);
     scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(scene_.get(), robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
     rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
     for (u32 shape = 0; shape < scene.arrays().shapes.size(); ++shape) {
         if (!scene.arrays().shapes[shape].is_sphere) attach_mesh(shape);
     }
-    if (!scene.arrays().sphere_radius.empty()) attach_spheres();
+    if (has_spheres()) attach_spheres();
     rtcCommitScene(scene_.get());
     if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE) {
         throw std::runtime_error("Embree's build failed with error " + std::to_string(int(error)));
@@ -145,10 +146,20 @@ Hit<float> EmbreeScene::closest(const RTCRay& ray) const {
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embree_intersect(scene_.get(), context, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-    const u32 first = query.hit.geomID == sphere_geometry_
-                          ? u32(host_.arrays().triangle_shape.size())
-                          : host_.arrays().shapes[query.hit.geomID].first;
-    return {query.ray.tfar, query.hit.u, query.hit.v, first + query.hit.primID};
+    return {query.ray.tfar, query.hit.u, query.hit.v,
+            primitive(query.hit.geomID, query.hit.primID)};
+}
+
+u32 EmbreeScene::primitive(u32 geometry, u32 index) const {
+    const SceneArrays& arrays = host_.arrays();
+    return index + (geometry == sphere_geometry_ ? u32(arrays.triangle_shape.size())
+                                                 : arrays.shapes[geometry].first);
+}
+
+bool EmbreeScene::traces_packets_of(int width) const {
+    const RTCDeviceProperty native = width == 8 ? RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED
+                                                : RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED;
+    return rtcGetDeviceProperty(device_.get(), native) != 0;
 }
 
 bool EmbreeScene::occluded(RTCRay ray, u32 owner) const {

@@ -12,17 +12,28 @@
 
 namespace haste {
 
-/// A scene on Embree's own hierarchy and traversal, in its robust mode. One geometry a mesh; one
-/// user geometry, tested by the core's sphere test, for all spheres.
+/// How Embree tests boxes and triangles: `robust` misses nothing between two triangles that share
+/// an edge, `fast` may.
+enum class EmbreeMode : u32 { robust, fast };
+
+/// A scene on Embree's own hierarchy and traversal. One geometry a mesh; one user geometry, tested
+/// by the core's sphere test, for all spheres.
 class EmbreeScene {
 public:
     /// `scene` must outlive this. Throws std::runtime_error with Embree's message.
-    EmbreeScene(const HostScene& scene, int threads);
+    EmbreeScene(const HostScene& scene, int threads, EmbreeMode mode = EmbreeMode::robust);
 
     [[nodiscard]] Hit<float> closest(const Ray<float>& ray) const;
     [[nodiscard]] Hit<float> closest(const RayQuery<float>& query) const;
     [[nodiscard]] bool occluded(const ShadowRay<float>& ray) const;
     [[nodiscard]] bool any_hit(const RayQuery<float>& query) const;
+
+    [[nodiscard]] RTCScene handle() const { return scene_.get(); }
+    /// The primitive of the import behind Embree's two numbers.
+    [[nodiscard]] u32 primitive(u32 geometry, u32 index) const;
+    [[nodiscard]] bool has_spheres() const { return !host_.arrays().sphere_radius.empty(); }
+    /// Whether Embree traces packets of so many rays (8 or 16) as packets on this processor.
+    [[nodiscard]] bool traces_packets_of(int width) const;
 
     [[nodiscard]] double build_seconds() const { return build_seconds_; }
     [[nodiscard]] std::size_t bytes() const { return bytes_; }

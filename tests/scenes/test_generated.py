@@ -19,7 +19,7 @@ from harness.measure.inputs import files_of_scene
 from harness.scene import SceneError, generated, load_scene
 from harness.scene.generated import SCENES, generated_in, generated_scenes
 
-CHEAP = sorted(set(generated_scenes()) - {"menger-4"})
+CHEAP = sorted(set(generated_scenes()) - {"menger-4", "bumpy-262k", "bumpy-4m"})
 
 
 @pytest.fixture
@@ -56,6 +56,38 @@ def test_a_sponge_has_the_count_area_and_volume_of_its_level(
 def test_a_sponge_of_level_4_has_the_published_count() -> None:
     header = (SCENES / "menger-4" / "assets" / "menger-4.ply").read_bytes()[:400]
     assert b"element face 672768\n" in header
+
+
+@pytest.mark.parametrize("rings", [8, 64])
+def test_a_bumpy_sphere_is_closed_faces_outwards_and_has_no_degenerate_triangle(
+    rings: int, generator: Callable[[str], ModuleType]
+) -> None:
+    points, triangles = generator("bumpy").bumpy_sphere(rings)
+    assert len(triangles) == 4 * rings**2 and len(points) == 2 * rings**2 + 2
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    forwards = edges[:, 0] * len(points) + edges[:, 1]
+    backwards = edges[:, 1] * len(points) + edges[:, 0]
+    assert len(np.unique(forwards)) == len(forwards)
+    assert np.array_equal(np.sort(forwards), np.sort(backwards))
+    corners = points[triangles].astype(np.float32).astype(np.float64)
+    assert np.linalg.norm(doubled_areas(corners), axis=1).min() > 0.0
+    # A star about the centre: every triangle spans a positive volume with it.
+    spanned = np.einsum("tx,tx->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    assert spanned.min() > 0.0
+
+
+def test_a_bumpy_sphere_has_the_radius_that_is_stated(
+    generator: Callable[[str], ModuleType],
+) -> None:
+    bumpy = generator("bumpy")
+    points, _ = bumpy.bumpy_sphere(64)
+    body, poles = points[:-2], points[-2:]
+    radius = np.linalg.norm(body, axis=1)
+    u, v = np.arctan2(body[:, 1], body[:, 0]), np.arccos(body[:, 2] / radius)
+    waves = 0.1 * np.sin(20 * u) * np.sin(20 * v) + 0.02 * np.sin(97 * u + 3) * np.cos(83 * v)
+    # The angles are read back to 1e-15, and the waves have slopes below 4.
+    np.testing.assert_allclose(radius, 1.0 + waves, atol=1e-12)
+    np.testing.assert_allclose(poles, [[0, 0, 1], [0, 0, -1]])
 
 
 def test_the_sphereflake_has_nine_touching_children_a_sphere(

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
+from harness.measure.config import load_config
 from harness.scene import Features, Scene, active_variant, check_model, load_scene, load_settings
 from harness.scene.camera import read_camera
 from harness.scene.parse import parse_scene
@@ -45,6 +46,9 @@ ANALYTIC = tuple(
     sorted(f"analytic/{file.parent.name}" for file in SCENES.glob("analytic/*/scene.xml"))
 )
 NAMES = (*STANDARD, *ANALYTIC)
+
+FOR_RAYS = {"bumpy-16k": 16_384, "bumpy-262k": 262_144, "bumpy-4m": 4_194_304}
+"""Triangles of the scenes that the benchmark of rays alone uses."""
 
 COUNTS = {
     "armadillo": (52_006, 0),
@@ -87,7 +91,34 @@ def bounds(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def test_every_folder_with_a_scene_is_tested() -> None:
     found = {file.parent.relative_to(SCENES).as_posix() for file in SCENES.rglob("scene.xml")}
-    assert found == set(NAMES)
+    assert found == {*NAMES, *FOR_RAYS}
+
+
+@pytest.mark.parametrize("name", FOR_RAYS)
+def test_a_scene_for_rays_is_described_with_its_number_of_triangles(name: str) -> None:
+    readme, table = ((SCENES / name / "README.md").read_text(), (SCENES / "README.md").read_text())
+    assert readme.startswith("# ") and "licence" in readme and "**Exercises**" in readme
+    assert f"{FOR_RAYS[name]:,} triangles" in readme
+    assert f"[{name}]({name}/README.md) | {FOR_RAYS[name]:,} | 0 |" in table
+    header = (SCENES / name / "assets" / f"{name}.ply").read_bytes()[:400]
+    assert f"element face {FOR_RAYS[name]}\n".encode() in header
+
+
+def test_no_preset_renders_images_of_a_scene_for_rays() -> None:
+    presets = [load_config(file) for file in (REPOSITORY / "config").glob("*.yaml")]
+    assert presets
+    for config in presets:
+        assert not set(config.scenes) & set(FOR_RAYS), config["preset"]
+
+
+def test_a_bumpy_sphere_imports_as_one_mesh_under_a_sky() -> None:
+    scene = load_scene(SCENES / "bumpy-16k")
+    assert (len(scene.triangles), len(scene.spheres), len(scene.shapes)) == (16_384, 0, 1)
+    assert not scene.lights and scene.environment is not None
+    check_model(scene, "path")
+    assert load_settings(SCENES / "bumpy-16k").rays_inside
+    distance = np.linalg.norm(scene.camera.origin)
+    assert distance > 1.13, "the camera is outside: the surface ends at 1 + 0.1 + 0.02"
 
 
 def test_no_two_scenes_have_the_same_name() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.scene import RenderSettings
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import RayHits
+from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
 
 LOG_VARIABLE = "FAKE_TRACER_LOG"
 
@@ -129,3 +129,43 @@ class KillsItsParent(SteadyA):
             os.kill(os.getppid(), signal.SIGKILL)
             time.sleep(0.5)
         return super().render(seed, spp, **rest)
+
+
+class Replaying(SteadyA):
+    """Sees nothing, and takes a millisecond longer each time."""
+
+    name: ClassVar[str] = "replaying"
+
+    @classmethod
+    def ways(cls) -> tuple[Way, ...]:
+        return (Way("intersect1", cls.precision), Way("intersect8", cls.precision))
+
+    def structure(self, way: Way) -> Structure:
+        del way
+        return Structure(build_seconds=0.25, size=640.0)
+
+    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+        if way.traversal == "intersect8":
+            raise UnsupportedError("no packets here")
+        kind = "any" if any_hit else "closest"
+        log(f"{self.name} {len(rays)} {kind} x{repeats}{' counted' if count else ''}")
+        self.seconds = getattr(self, "seconds", 0.0) + 0.001
+        nowhere = np.full(len(rays), NONE)
+        times = (9.0,) * (repeats - 1) + (self.seconds,)
+        visits = Visits(5.0, 2.0) if count else None
+        return RayHits(np.full(len(rays), np.inf, np.float32), nowhere, nowhere, times, visits)
+
+
+class ReplayingToo(Replaying):
+    name: ClassVar[str] = "too"
+
+
+class DyingWhenTimed(Replaying):
+    """Ends its process after the rays have been looked at and warmed up."""
+
+    name: ClassVar[str] = "dying late"
+
+    def _replay(self, rays: Rays, way: Way, **how: object) -> RayHits:
+        if how["repeats"] == 2:
+            os.abort()
+        return super()._replay(rays, way, **how)

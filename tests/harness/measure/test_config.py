@@ -22,6 +22,10 @@ from harness.measure.config import ROOT, ConfigError, find_scene, load_config, m
         ({"gate": {"delta": 0}}, r"gate\.delta: 0 is less than"),
         ({"sedes": {}}, r"'sedes' was unexpected"),
         ({"truth": {"seed": 5}}, r"truth\.seed: 5 is less than"),
+        ({"rays": {"count": {"cpu": 0}}}, r"rays\.count\.cpu: 0 is less than"),
+        ({"rays": {"traversals": ["octree"]}}, r"rays\.traversals\.0: 'octree' is not one of"),
+        ({"rays": {"classes": ["bounce"]}}, r"rays\.classes\.0: 'bounce' is not one of"),
+        ({"rays": {"scenes": ["teapot-nowhere"]}}, r"unknown scene 'teapot-nowhere'"),
         ({"miniature": False}, r"convergence\.doublings: 1 is less than 6"),
     ],
 )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from harness.measure.config import ROOT
 from harness.scene import RenderSettings, load_scene, load_settings
 from harness.tracers import NONE, TRACERS, RayHits, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import make_rays
+from harness.tracers.rays import Way, make_rays
 from harness.tracers.registry import load_tracer
 
 SCENES = ("cornell-box", "mirror-glass", "three-spheres")
@@ -107,6 +107,65 @@ def test_the_time_is_that_of_tracing_alone(name: str):
     assert 0.0 < tracer.trace(*rays).seconds < np.inf
 
 
+@pytest.mark.parametrize("name", ["haste-cpu", "embree", "mitsuba-llvm", "haste-cuda"])
+def test_every_repeat_has_a_time_and_the_hits_of_the_first(name: str):
+    tracer = loaded(name, "cornell-box")
+    rays = rays_through("cornell-box")
+    once, often = tracer.trace(*rays), tracer.trace(*rays, repeats=3)
+    assert len(often.times) == 3 and min(often.times) > 0.0 and often.seconds == often.times[-1]
+    assert np.array_equal(once.t, often.t) and np.array_equal(once.primitive, often.primitive)
+
+
+@pytest.mark.parametrize("name", ["haste-cpu", "haste-cuda"])
+def test_every_traversal_of_the_core_gives_the_same_hits(name: str):
+    tracer = loaded(name, "three-spheres")
+    rays = rays_through("three-spheres")
+    expected = tracer.trace(*rays)
+    for way in tracer.ways():
+        hits = tracer.trace(*rays, way=way)
+        assert np.array_equal(hits.t, expected.t), way
+        assert np.array_equal(hits.primitive, expected.primitive), way
+        structure = tracer.structure(way)
+        assert structure is not None and structure.size > 0.0, way
+
+
+def test_a_way_that_a_tracer_does_not_have_is_refused():
+    tracer = loaded("haste-cpu", "cornell-box")
+    with pytest.raises(UnsupportedError, match="haste-cpu has no traversal octree, watertight"):
+        tracer.trace(ORIGINS, TOWARDS, way=Way("octree", "watertight"))
+
+
+def test_embree_sees_the_same_in_every_call_and_mode():
+    tracer = loaded("embree", "cornell-box")
+    rays = rays_through("cornell-box")
+    # Not a multiple of a packet: the last one has lanes without a ray.
+    some = (rays[0][:4997], rays[1][:4997])
+    expected = tracer.trace(*some)
+    for way in tracer.ways():
+        try:
+            hits = tracer.trace(*some, way=way)
+        except UnsupportedError:
+            # Packets of 16 need registers of 512 bits; all processors that are meant have the rest.
+            assert way.traversal == "intersect16"
+            continue
+        # In the fast mode a ray in five thousand may pass through an edge.
+        differ = hits.primitive != expected.primitive
+        assert differ.sum() <= 1, (way, np.flatnonzero(differ)[:5])
+        np.testing.assert_allclose(hits.t[~differ], expected.t[~differ], rtol=2.0**-16)
+        found = tracer.trace(*some, way=way, any_hit=True)
+        assert (found.hit != expected.hit).sum() <= 1, way
+        assert (found.t[found.hit] == 0.0).all(), way
+        structure = tracer.structure(way)
+        assert structure is not None and structure.size > 0.0, way
+
+
+def test_packets_are_refused_where_embree_would_hand_them_to_a_callback_of_one_ray():
+    tracer = loaded("embree", "three-spheres")
+    with pytest.raises(UnsupportedError, match="packets are not traced through spheres"):
+        tracer.trace(ORIGINS, TOWARDS, way=Way("intersect8", "robust"))
+    assert len(tracer.trace(ORIGINS, TOWARDS, way=Way("intersect1", "fast")).t) == 2
+
+
 def test_a_call_a_ray_has_no_time():
     tracer = loaded("mitsuba-scalar", "cornell-box")
     origins, towards = rays_through("cornell-box")
@@ -117,6 +176,7 @@ class Mute(Tracer):
     """A tracer that renders and nothing else."""
 
     name: ClassVar[str] = "mute"
+    precision: ClassVar[str] = "native"
 
     @classmethod
     def unavailable(cls) -> str | None:

@@ -11,7 +11,7 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "tables", "report", "check", "features", "available"}
+    wanted = {"truth", "measure", "rays", "tables", "report", "check", "features", "available"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 
@@ -28,6 +28,11 @@ def test_a_bad_setting_is_one_line_and_exit_code_one(
 def test_a_scene_outside_the_settings_is_refused(capsys: pytest.CaptureFixture[str]):
     assert main(["truth", "--scene", "teapot-nowhere"]) == 1
     assert "--scene teapot-nowhere: the settings name cornell-box" in capsys.readouterr().err
+
+
+def test_a_scene_outside_the_benchmark_of_rays_is_refused(capsys: pytest.CaptureFixture[str]):
+    assert main(["rays", "--scene", "cornell-box"]) == 1
+    assert "--scene cornell-box: the settings name skull, bunny" in capsys.readouterr().err
 
 
 def test_features_prints_what_a_scene_requires(capsys: pytest.CaptureFixture[str]):

@@ -15,13 +15,15 @@ def snakemake(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
-def test_a_dry_run_plans_two_jobs_a_scene_then_tables_and_report(tmp_path: Path):
+def test_a_dry_run_plans_two_jobs_a_scene_and_one_of_rays_then_tables_and_report(tmp_path: Path):
     done = snakemake("--dry-run", "--config", f"results_dir={tmp_path}")
     assert done.returncode == 0, done.stdout + done.stderr
     text = done.stdout + done.stderr
     for scene in ("cornell-box", "three-spheres", "skull", "mirror-glass", "hard"):
         assert f"{scene}: ground truth" in text, text
         assert f"{scene}: images and times of every tracer" in text, text
+    for scene in ("skull", "bunny"):
+        assert f"{scene}: the same rays through every tracer" in text, text
     assert "Report of the run" in text and "Tables of the run" in text, text
 
 
@@ -42,13 +44,22 @@ def test_an_impossible_setting_stops_the_workflow_with_one_message(
     assert "Traceback" not in text, text
 
 
+def test_a_run_may_leave_the_rays_out(tmp_path: Path):
+    settings = tmp_path / "settings.yaml"
+    settings.write_text(f"results_dir: {tmp_path}\nscenes: [skull]\nrays: {{scenes: []}}\n")
+    done = snakemake("--dry-run", "--configfile", str(settings))
+    text = done.stdout + done.stderr
+    assert done.returncode == 0, text
+    assert "skull: ground truth" in text and "the same rays" not in text, text
+
+
 def test_the_linter_finds_nothing():
     done = snakemake("--lint")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_timed_jobs_own_every_core():
-    for rule in ("truth", "measure"):
+    for rule in ("truth", "measure", "rays"):
         text = (ROOT / "harness" / "rules" / f"{rule}.smk").read_text()
         assert "threads: workflow.cores" in text, rule
 

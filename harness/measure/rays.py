@@ -1,0 +1,389 @@
+"""The benchmark of rays on one scene: rays are made once, and every tracer traces them in turn.
+
+A class of rays is one file of results, which is complete or not there. A job that was interrupted
+goes on with the classes that are missing.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.eye_rays import Seen
+from harness.measure.config import Config
+from harness.measure.counters import read_clocks
+from harness.measure.crew import Crew, NoHits
+from harness.measure.eye_rays import unshaded_settings
+from harness.measure.files import hash_files, key_of, read_json, remove_partial, write_json
+from harness.measure.messages import Ready, Replay, Replayed, Trace
+from harness.measure.plan import subject_of
+from harness.measure.progress import Progress
+from harness.measure.provenance import provenance, tracer_code
+from harness.rays.agreement import Sight, compare, evenly
+from harness.rays.classes import CLASSES
+from harness.rays.generate import RaysError, generate_rays
+from harness.rays.store import hash_file, read_rays, write_rays
+from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
+from harness.tracers.rays import RayHits, Rays, Structure, Way
+from harness.tracers.registry import TRACERS, load_tracer
+
+ROOT = Path(__file__).resolve().parents[2]
+SUMMARY = "replayed.json"
+"""Written last: that it is there says that every class is."""
+FILE = "rays.npz"
+MAKER = "haste-cpu"
+"""Finds the hits from which rays go on; everybody is given the same rays."""
+CORE_TRAVERSALS = ("bvh2", "bvh2_stackless", "bvh8", "brute_force")
+SETTLING = 1
+"""Untimed repeats at each turn: others have had the caches and the clocks since."""
+MOST_REPEATS = 100_000
+"""Of a reading of energy, where a repeat takes next to no time."""
+OWN_CODE = (
+    *("harness/measure/rays.py", "harness/measure/replay.py", "harness/eye_rays.py"),
+    *("harness/tracers/extension.py", "harness/tracers/mitsuba_rays.py", "harness/tracers/rays.py"),
+    *("harness/rays/agreement.py", "reference/brute_force.py"),
+)
+
+
+@dataclass(slots=True)
+class Variant:
+    """One tracer in one way, and what came of it for one class of rays."""
+
+    tracer: str
+    way: Way
+    most: int | None = None
+    status: str = "ok"
+    reason: str = ""
+    rays: int = 0
+    times: list[float] = field(default_factory=list)
+    first: Replayed | None = None
+    """of the repeat whose hits are compared"""
+    sight: Sight | None = None
+    joules: float | None = None
+    energy_reason: str = ""
+
+    def end(self, why: NoHits) -> None:
+        """Note that there is no more to be had, and why."""
+        self.status, self.reason = why.status, why.reason
+
+
+def replay_scene(config: Config, name: str, threads: int) -> Path:
+    """Make the rays of a scene, trace them with every tracer, and compare what they saw.
+
+    Parameters
+    ----------
+    config
+        The run's settings.
+    name
+        One of the scenes of its section `rays`.
+    threads
+        Processor threads of every tracer; one tracer traces at a time.
+
+    Returns
+    -------
+    Path
+        The summary, written last.
+
+    Raises
+    ------
+    harness.scene.SceneError
+        The scene cannot be imported.
+    RaysError
+        Its rays cannot be made.
+    """
+    scene_path, folder = config.ray_scenes[name], config.ray_dir(name)
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_partial(folder)
+    progress = Progress(name)
+    settings = load_settings(scene_path)
+    scene = load_scene(scene_path, recentre=settings.recentre)
+    render = unshaded_settings(settings, scene.camera.width, scene.camera.height)
+    tracers = config["tracers"]
+    about = provenance(config, scene, threads)
+    with Crew({*tracers, MAKER}, threads, config["timeout_seconds"]) as crew:
+        able = crew.probe(dict.fromkeys([*tracers, MAKER]), render.model)
+        ready = {
+            tracer: answer
+            for tracer, answer in able.items()
+            if crew.load(tracer, scene_path, render) is not None
+        }
+        on_gpu = any(ready[tracer].on_gpu for tracer in tracers if tracer in ready)
+        count = config["rays"]["count"]["gpu" if on_gpu else "cpu"]
+        sha256 = _make_rays(config, crew, scene, settings, folder, count)
+        progress.say(f"{count} rays of each class, {len(ready)} tracers, {threads} threads")
+        subjects = {
+            tracer: subject_of(scene, tracer, render, threads, recentre=settings.recentre).key
+            for tracer in tracers
+        }
+        job = _Job(config, crew, scene, render, folder, ready, subjects, sha256)
+        job.run(progress)
+        rows = crew.rows
+    description = {
+        "name": scene.name,
+        "title": settings.title,
+        "sha256": scene.sha256,
+        "triangles": len(scene.triangles),
+        "spheres": len(scene.spheres),
+        "classes": config["rays"]["classes"],
+        "rays": count,
+        "rays_sha256": sha256,
+    }
+    about["rays"] = {"sha256": sha256, "count": count}
+    write_json(folder / "provenance.json", about)
+    write_json(folder / "scene.json", description)
+    summary = folder / SUMMARY
+    failed = [row for row in rows if row["status"] == "failed"]
+    write_json(summary, {"scene": name, "seconds": progress.elapsed, "failed": failed})
+    progress.say(f"rays complete in {progress.elapsed:.0f} s")
+    return summary
+
+
+def _make_rays(
+    config: Config, crew: Crew, scene: Scene, settings: Settings, folder: Path, count: int
+) -> str:
+    """Write the scene's rays, unless they are there; SHA-256 of the file."""
+    path, note = folder / FILE, folder / "rays.json"
+    inside, seed = settings.rays_inside, config["rays"]["seed"]
+    code = hash_files((ROOT / "harness" / "rays").glob("*.py"))
+    parts = {"scene": scene.sha256, "count": count, "seed": seed, "inside": inside}
+    key = key_of({**parts, "code": code, "maker": tracer_code(MAKER)})
+    known = read_json(note)
+    if isinstance(known, dict) and known.get("key") == key and path.is_file():
+        return str(known["sha256"])
+
+    def trace(rays: Rays) -> RayHits:
+        request = Trace(rays.origins, rays.directions, rays.t_min, rays.t_max)
+        hits = crew.trace_loaded(MAKER, request)
+        if isinstance(hits, NoHits):
+            raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {hits.reason}")
+        return hits
+
+    if not crew.takes_part(MAKER, unshaded_settings(settings, 1, 1).model):
+        reasons = [row["reason"] for row in crew.rows if row["tracer"] == MAKER]
+        raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {'; '.join(reasons)}")
+    rays = generate_rays(scene, trace, count, seed=seed, inside=inside)
+    write_rays(path, rays)
+    sha256 = hash_file(path)
+    write_json(note, {**parts, "key": key, "sha256": sha256, "bytes": path.stat().st_size})
+    return sha256
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """The replays of one scene."""
+
+    config: Config
+    crew: Crew
+    scene: Scene
+    render: RenderSettings
+    folder: Path
+    ready: Mapping[str, Ready]
+    subjects: Mapping[str, str]
+    sha256: str
+
+    @property
+    def _settings(self) -> Mapping[str, Any]:
+        return self.config["rays"]
+
+    @property
+    def _primitives(self) -> int:
+        return len(self.scene.triangles) + len(self.scene.spheres)
+
+    def run(self, progress: Progress) -> None:
+        """Replay every class that an earlier run has not completed."""
+        changing = {name: self._settings[name] for name in self._settings if name != "classes"}
+        code = hash_files(ROOT / file for file in OWN_CODE)
+        parts = {"settings": changing, "code": code, "rays": self.sha256, "who": self.subjects}
+        for name in self._settings["classes"]:
+            path = self.folder / f"{name}.json"
+            key = key_of({**parts, "class": name})
+            known = read_json(path)
+            if isinstance(known, dict) and known.get("key") == key:
+                continue
+            start = progress.elapsed
+            write_json(path, {"key": key, **self._replay_class(name)})
+            progress.say(f"{name} in {progress.elapsed - start:.0f} s")
+
+    def _absence(self, tracer: str) -> NoHits:
+        """Why a tracer takes no part, or no further part."""
+        row = next(row for row in reversed(self.crew.rows) if row["tracer"] == tracer)
+        return NoHits(row["status"], row["reason"])
+
+    def _variants(self) -> list[Variant]:
+        """Every tracer in every way that is asked for, also those that cannot."""
+        variants = []
+        for tracer in self.config["tracers"]:
+            answer = self.ready.get(tracer)
+            if answer is None or not self.crew.takes_part(tracer, self.render.model):
+                missing = Variant(tracer, Way("", load_tracer(TRACERS[tracer]).precision))
+                missing.end(self._absence(tracer))
+                variants.append(missing)
+                continue
+            wanted = self._settings["traversals"]
+            ways = [way for way in answer.ways if way.traversal in ("", *wanted)]
+            variants += [self._variant(tracer, way, on_gpu=answer.on_gpu) for way in ways]
+            known = {way.traversal for way in answer.ways}
+            if not known.intersection(CORE_TRAVERSALS):
+                continue
+            for name in wanted:
+                if name in CORE_TRAVERSALS and name not in known:
+                    lacking = Variant(tracer, Way(name, answer.precision))
+                    lacking.end(NoHits("skipped", f"this build has no traversal {name}"))
+                    variants.append(lacking)
+        return variants
+
+    def _variant(self, tracer: str, way: Way, *, on_gpu: bool) -> Variant:
+        limits = [self._settings["most"].get(tracer)]
+        if way.traversal == "brute_force":
+            tests = self._settings["most_tests"]["gpu" if on_gpu else "cpu"]
+            # A power of two, so that the rays of the sample are among them.
+            limits.append(2 ** int(math.log2(max(1, tests // self._primitives))))
+        return Variant(tracer, way, min((limit for limit in limits if limit), default=None))
+
+    def _replay_class(self, name: str) -> dict[str, Any]:
+        rays = read_rays(self.folder / FILE, name)
+        variants = self._variants()
+        clocks = [read_clocks()]
+        for variant in variants:
+            self._look(name, variant, len(rays))
+        compared = self._compare(name, rays, variants)
+        self._take_times(name, variants)
+        clocks.append(read_clocks())
+        for variant in variants:
+            self._take_energy(name, variant)
+        apart = compared.pop("apart")
+        rows = [{**_row(one), **what} for one, what in zip(variants, apart, strict=True)]
+        return {
+            "rays": name,
+            "any_hit": CLASSES[name],
+            "count": len(rays),
+            "clocks": clocks,
+            **compared,
+            "variants": rows,
+        }
+
+    def _ask(self, name: str, variant: Variant, **how: Any) -> Replayed | None:
+        """One request to a variant that can still be asked; None, and the reason noted, if not."""
+        if variant.status != "ok":
+            return None
+        if not self.crew.takes_part(variant.tracer, self.render.model):
+            variant.end(self._absence(variant.tracer))
+            return None
+        request = Replay(
+            file=self.folder / FILE,
+            rays=name,
+            any_hit=CLASSES[name],
+            way=variant.way,
+            most=variant.most,
+            **how,
+        )
+        answer = self.crew.replay(variant.tracer, self.render.model, request)
+        if isinstance(answer, NoHits):
+            variant.end(answer)
+            return None
+        return answer
+
+    def _look(self, name: str, variant: Variant, count: int) -> None:
+        """Trace once to see what is hit, then so often that what follows is warm."""
+        answer = self._ask(name, variant, hits=True)
+        if answer is None or answer.t is None or answer.primitive is None:
+            return
+        variant.first, variant.rays = answer, answer.rays
+        places = evenly(count, variant.most or count)
+        variant.sight = Sight(places, Seen(answer.t, answer.primitive))
+        if math.isfinite(answer.times[-1]):
+            self._ask(name, variant, repeats=self._settings["warm_ups"])
+
+    def _compare(self, name: str, rays: Rays, variants: Sequence[Variant]) -> dict[str, Any]:
+        """What differs from double precision, and from the first way of every tracer."""
+        from reference.brute_force import closest_hits
+
+        wanted = min(self._settings["sample"], self._settings["sample_pairs"] // self._primitives)
+        places = evenly(len(rays), max(1, wanted))
+        sample = Rays(*(getattr(rays, part)[places] for part in Rays.__slots__))
+        truth = closest_hits(self.scene, sample)
+        clear = ~truth.ambiguous
+        exact = Sight(places[clear], Seen(truth.t[clear], truth.primitive[clear]))
+        leaders: dict[str, Variant] = {}
+        for variant in variants:
+            if variant.sight is not None:
+                leaders.setdefault(variant.tracer, variant)
+        any_hit = CLASSES[name]
+        apart = []
+        for variant in variants:
+            if variant.sight is None:
+                apart.append({})
+                continue
+            others = {
+                tracer: compare(*variant.sight.both(other.sight), any_hit=any_hit)
+                for tracer, other in leaders.items()
+                if other is not variant and other.sight is not None
+            }
+            judged = compare(*variant.sight.both(exact), any_hit=any_hit)
+            apart.append(
+                {
+                    "wrong": asdict(judged),
+                    "differing": {tracer: asdict(share) for tracer, share in others.items()},
+                }
+            )
+        return {
+            "sample": len(sample),
+            "ambiguous": int(truth.ambiguous.sum()),
+            "hits": int(np.isfinite(truth.t).sum()),
+            "apart": apart,
+        }
+
+    def _take_times(self, name: str, variants: Sequence[Variant]) -> None:
+        """Timed repeats, the variants in turn: A B C A B C."""
+        timed = [
+            variant
+            for variant in variants
+            if variant.first is not None and math.isfinite(variant.first.times[-1])
+        ]
+        left = self._settings["repeats"]
+        while left > 0:
+            now = min(left, self._settings["at_once"])
+            for variant in timed:
+                answer = self._ask(name, variant, repeats=SETTLING + now)
+                if answer is not None:
+                    variant.times += answer.times[SETTLING:]
+            left -= now
+
+    def _take_energy(self, name: str, variant: Variant) -> None:
+        """Read the GPU's counter around so many repeats that it moves."""
+        energy = self._settings["energy"]
+        if name not in energy["classes"] or not variant.times or variant.status != "ok":
+            return
+        if not self.ready[variant.tracer].on_gpu:
+            variant.energy_reason = "traces on the processor; NVML counts the energy of a GPU"
+            return
+        repeats = math.ceil(energy["seconds"] / float(np.median(variant.times)))
+        answer = self._ask(name, variant, repeats=min(repeats, MOST_REPEATS), energy=True)
+        if answer is None:
+            return
+        if isinstance(answer.joules, str):
+            variant.energy_reason = answer.joules
+        else:
+            variant.joules = answer.joules
+
+
+def _row(variant: Variant) -> dict[str, Any]:
+    first = variant.first
+    structure: Structure | None = first.structure if first else None
+    return {
+        "tracer": variant.tracer,
+        "traversal": variant.way.traversal,
+        "precision": variant.way.precision,
+        "status": variant.status,
+        "reason": variant.reason,
+        "rays": variant.rays,
+        "seconds": variant.times,
+        "visits": asdict(first.visits) if first and first.visits else None,
+        "structure": asdict(structure) if structure else None,
+        "peak_bytes": first.peak_bytes if first else None,
+        "joules": variant.joules,
+        "energy_reason": variant.energy_reason,
+    }

@@ -1,0 +1,72 @@
+"""How many rays two tracers, or a tracer and double precision, see differently."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.eye_rays import Seen, count_differences
+
+LONGEST_RUN = 64
+"""Neighbouring rays that are taken together: as many as two warps of a GPU trace."""
+
+LEAST_RUNS = 4096
+"""Runs that a share consists of, before they are longer than one ray."""
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """Some of the rays that were judged."""
+
+    count: int
+    rays: int
+
+    @property
+    def ppm(self) -> float:
+        """Rays per million; NaN where none was judged."""
+        return 1e6 * self.count / self.rays if self.rays else float("nan")
+
+
+def compare(a: Seen, b: Seen, *, any_hit: bool) -> Share:
+    """Count the rays on which two sights of the same rays differ.
+
+    Where any hit was asked for they differ by having one or none; else as `count_differences` says.
+    """
+    if any_hit:
+        return Share(int((np.isfinite(a.t) != np.isfinite(b.t)).sum()), len(a.t))
+    return Share(count_differences(a, b), len(a.t))
+
+
+def evenly(count: int, wanted: int) -> NDArray[np.int64]:
+    """Places of `wanted` of `count` rays from all over them; all of them where there are fewer.
+
+    A large share comes in runs of up to `LONGEST_RUN` neighbours, which are as coherent as all of
+    them are. Of counts that are powers of two the smaller is part of the larger.
+    """
+    if wanted >= count:
+        return np.arange(count)
+    run = min(LONGEST_RUN, max(1, wanted // LEAST_RUNS))
+    runs = -(-wanted // run)
+    starts = np.arange(runs) * count // runs
+    return (starts[:, None] + np.arange(run)).ravel()[:wanted]
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What a tracer saw of some of the rays of a class: their places in the file, rising."""
+
+    places: NDArray[np.int64]
+    seen: Seen
+
+    def both(self, other: "Sight") -> tuple[Seen, Seen]:
+        """What this and another saw of the rays that both have traced."""
+        if np.array_equal(self.places, other.places):
+            return self.seen, other.seen
+        _, own, others = np.intersect1d(
+            self.places, other.places, assume_unique=True, return_indices=True
+        )
+        return _part(self.seen, own), _part(other.seen, others)
+
+
+def _part(seen: Seen, places: NDArray[np.integer]) -> Seen:
+    return Seen(seen.t[places], seen.primitive[places])

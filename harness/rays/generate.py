@@ -1,0 +1,281 @@
+"""Rays of every class through a scene, from its camera and from where those rays hit.
+
+What is random comes from Philox, keyed by the seed and by the class, so that the rays of a class
+depend on no other class. Rays of a class come in the order in which an image's do: row by row over
+the film, and so do those that start where they hit, but for the classes that are random or shuffled
+on purpose.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.rays.classes import CLASSES
+from harness.scene import Camera, Scene
+from harness.tracers.rays import RayHits, Rays, make_rays
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Trace = Callable[[Rays], RayHits]
+
+AMBIENT_SHARE = 0.1
+"""Reach of an ambient ray, as a share of the scene's extent."""
+
+OFFSET_OPERATIONS = 16
+"""Rounded operations that a spawned ray's offset bounds (haste_cuda/core/geometry/offset.h)."""
+
+SHORT_OF_THE_LIGHT = 1.0 - 2.0**-10
+"""Where a shadow ray ends on its way to a point of a light: before the light itself."""
+
+
+LIGHT_DRAWS = 64
+"""Points of lights that are drawn for a hit, at most, before fewer hits have to do."""
+
+
+class RaysError(Exception):
+    """The rays of a scene cannot be made; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Points:
+    """Where rays hit: float64 [H, 3], the normal towards where they came from, the shape [H]."""
+
+    position: Floats
+    normal: Floats
+    scale: Floats
+    """largest absolute coordinate that took part in computing the point, [H]"""
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def spread(self, count: int) -> "_Points":
+        """`count` points in the same order, each as often as the others within one."""
+        place = np.arange(count) * len(self) // count
+        return _Points(self.position[place], self.normal[place], self.scale[place])
+
+
+def scene_box(scene: Scene) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates of everything in a scene."""
+    corners = scene.vertices[np.unique(scene.triangles)].astype(np.float64)
+    centres, radii = np.split(scene.spheres.astype(np.float64), [3], axis=1)
+    points = np.concatenate([corners, centres - radii, centres + radii])
+    return points.min(axis=0), points.max(axis=0)
+
+
+def extent(scene: Scene) -> float:
+    """Diagonal of a scene's box."""
+    low, high = scene_box(scene)
+    return float(np.linalg.norm(high - low))
+
+
+def generate_rays(
+    scene: Scene, trace: Trace, count: int, *, seed: int = 0, inside: bool = False
+) -> dict[str, Rays]:
+    """Make rays of every class.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    trace
+        A tracer of the scene; finds the closest hits from which secondary rays start.
+    count
+        Rays of each class.
+    seed
+        Of the generators; the rays are the same for the same seed.
+    inside
+        Whether bounces start on the far side of what the camera sees.
+
+    Returns
+    -------
+    dict
+        By class, in the order of `CLASSES`.
+
+    Raises
+    ------
+    RaysError
+        Neither camera nor first bounce hits anything.
+    """
+
+    def random(name: str) -> np.random.Generator:
+        key = np.array([seed, list(CLASSES).index(name)], np.uint64)
+        return np.random.Generator(np.random.Philox(key=key))
+
+    camera = _camera_rays(scene.camera, count, random("camera"))
+    seen = _hit_points(scene, camera, trace(camera), "camera")
+    # Outside faces the camera, inside turns away from it; later bounces stay where they are.
+    start = replace(seen, normal=-seen.normal) if inside else seen
+    diffuse1 = _diffuse_rays(start.spread(count), random("diffuse1"), math.inf)
+    bounced = _hit_points(scene, diffuse1, trace(diffuse1), "diffuse1")
+    reach = AMBIENT_SHARE * extent(scene)
+    order = random("shuffled").permutation(count)
+    uniform = _uniform_rays(scene, count, random("random"))
+    made = {
+        "camera": camera,
+        "shadow": _shadow_rays(scene, seen, count, random("shadow")),
+        "ambient": _diffuse_rays(seen.spread(count), random("ambient"), reach),
+        "diffuse1": diffuse1,
+        "diffuse2": _diffuse_rays(bounced.spread(count), random("diffuse2"), math.inf),
+        "shuffled": Rays(
+            *(np.ascontiguousarray(getattr(diffuse1, part)[order]) for part in Rays.__slots__)
+        ),
+        "random": uniform,
+        "random_any": uniform,
+    }
+    return {name: made[name] for name in CLASSES}
+
+
+def _rays(origins: Floats, directions: Floats, t_max: float) -> Rays:
+    return make_rays(origins.astype(np.float32), directions.astype(np.float32), 0.0, t_max)
+
+
+def _camera_rays(camera: Camera, count: int, random: np.random.Generator) -> Rays:
+    """A ray through a random point of each pixel of a film that has as many pixels as rays."""
+    aspect = camera.width / camera.height
+    width = max(1, round(math.sqrt(count * aspect)))
+    height = -(-count // width)
+    index = np.arange(count)
+    pixel = np.stack([index % width, index // width], axis=1)
+    # The film of the scene, cut into more pixels.
+    place = (pixel + random.random((count, 2))) / [width, height] * [camera.width, camera.height]
+    direction = (
+        np.array(camera.corner)
+        + place[:, :1] * np.array(camera.dx)
+        + place[:, 1:] * np.array(camera.dy)
+    )
+    origin = np.array(camera.origin) + camera.near * direction
+    return _rays(origin, _unit(direction), math.inf)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _hit_points(scene: Scene, rays: Rays, hits: RayHits, name: str) -> _Points:
+    """The points that rays hit, in double precision, and the normals on the rays' side.
+
+    A point is where the ray meets the plane of the triangle, or the sphere, that was hit.
+    """
+    found = np.flatnonzero(hits.hit)
+    if not len(found):
+        raise RaysError(f"{scene.name}: no ray of the class {name} hits anything")
+    origin = rays.origins[found].astype(np.float64)
+    direction = rays.directions[found].astype(np.float64)
+    primitive = hits.primitive[found].astype(np.int64)
+    t = hits.t[found].astype(np.float64)
+    normal = np.empty_like(origin)
+    scale = np.empty(len(found))
+    mesh = primitive < len(scene.triangles)
+    corners = scene.vertices[scene.triangles[primitive[mesh]]].astype(np.float64)
+    normal[mesh] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    scale[mesh] = np.abs(corners).max(axis=(1, 2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        plane = np.einsum("ij,ij->i", corners[:, 0] - origin[mesh], normal[mesh]) / np.einsum(
+            "ij,ij->i", direction[mesh], normal[mesh]
+        )
+    # A ray along the plane of what it hits meets it nowhere in particular.
+    t[mesh] = np.where(np.isfinite(plane), plane, t[mesh])
+    position = origin + t[:, None] * direction
+    balls = scene.spheres[primitive[~mesh] - len(scene.triangles)].astype(np.float64)
+    outwards = _unit(position[~mesh] - balls[:, :3])
+    position[~mesh] = balls[:, :3] + balls[:, 3:] * outwards
+    normal[~mesh] = outwards
+    scale[~mesh] = np.abs(balls[:, :3]).max(axis=1, initial=0.0) + balls[:, 3]
+    away = np.einsum("ij,ij->i", normal, direction) > 0.0
+    normal[away] *= -1.0
+    return _Points(position, _unit(normal), np.maximum(scale, np.abs(position).max(axis=1)))
+
+
+def _offset(points: _Points) -> Floats:
+    """Origins off the surface by the error of the point and of the test that could find it again.
+
+    The bound of haste_cuda/core/geometry/offset.h, gamma(16) times the scale (Higham 2002, lemma
+    3.1), with the unit roundoff of the single precision in which the origins are stored.
+    """
+    roundoff = OFFSET_OPERATIONS * 2.0**-24
+    distance = roundoff / (1.0 - roundoff) * points.scale
+    return points.position + distance[:, None] * points.normal
+
+
+def _diffuse_rays(points: _Points, random: np.random.Generator, reach: float) -> Rays:
+    """Cosine-distributed rays about the normals: the normal plus a point of the unit sphere."""
+    direction = points.normal + _on_sphere(len(points), random)
+    length = np.linalg.norm(direction, axis=1, keepdims=True)
+    # The point opposite to the normal has no direction; nothing has a chance of drawing it twice.
+    direction = np.where(length > 2.0**-20, direction, points.normal)
+    return _rays(_offset(points), _unit(direction), reach)
+
+
+def _on_sphere(count: int, random: np.random.Generator) -> Floats:
+    z = random.uniform(-1.0, 1.0, count)
+    angle = random.uniform(0.0, 2.0 * np.pi, count)
+    across = np.sqrt(1.0 - z * z)
+    return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
+
+
+def _shadow_rays(scene: Scene, points: _Points, count: int, random: np.random.Generator) -> Rays:
+    """Rays towards points drawn uniformly from a light's surface, each light as often as any.
+
+    A point behind the surface is drawn anew: nobody traces what the surface itself hides. Without
+    lights rays go into the sky: uniformly over the hemisphere of the normal, without end.
+    """
+    spread = points.spread(count)
+    if not scene.lights:
+        direction = _on_sphere(count, random)
+        below = np.einsum("ij,ij->i", direction, spread.normal) < 0.0
+        direction[below] *= -1.0
+        return _rays(_offset(spread), direction, math.inf)
+    origins = _offset(spread)
+    starts, targets = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    for _ in range(LIGHT_DRAWS):
+        drawn = _on_lights(scene, count, random)
+        front = np.flatnonzero(np.einsum("ij,ij->i", drawn - origins, spread.normal) > 0.0)
+        starts.append(front)
+        targets.append(drawn[front])
+        if sum(map(len, starts)) >= count:
+            break
+    start, target = np.concatenate(starts), np.concatenate(targets)
+    if not len(start):
+        raise RaysError(f"{scene.name}: nothing that the camera sees faces a light")
+    # In the order of the points, evenly from all of them.
+    order = np.argsort(start, kind="stable")[np.arange(count) * len(start) // count]
+    origin = origins[start[order]]
+    # Not of unit length: the ray parameter is the share of the way to the light.
+    return _rays(origin, target[order] - origin, SHORT_OF_THE_LIGHT)
+
+
+def _on_lights(scene: Scene, count: int, random: np.random.Generator) -> Floats:
+    """Points on the lights, [count, 3]."""
+    light = random.integers(len(scene.lights), size=count)
+    where, ball = random.random((count, 3)), _on_sphere(count, random)
+    target = np.empty((count, 3))
+    for index, one in enumerate(scene.lights):
+        chosen = light == index
+        shape = scene.shapes[one.shape]
+        if shape.kind == "sphere":
+            sphere = scene.spheres[shape.first].astype(np.float64)
+            target[chosen] = sphere[:3] + sphere[3] * ball[chosen]
+            continue
+        triangles = scene.triangles[shape.first : shape.first + shape.count]
+        target[chosen] = _on_mesh(scene.vertices[triangles].astype(np.float64), where[chosen])
+    return target
+
+
+def _on_mesh(corners: Floats, where: Floats) -> Floats:
+    """Points drawn uniformly from triangles [T, 3, 3] by three uniform numbers each [N, 3]."""
+    edges = corners[:, 1:] - corners[:, :1]
+    areas = np.cumsum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1))
+    triangle = np.searchsorted(areas, where[:, 0] * areas[-1], side="right")
+    triangle = np.minimum(triangle, len(corners) - 1)
+    root = np.sqrt(where[:, 1])
+    weights = np.stack([1.0 - root, root * (1.0 - where[:, 2]), root * where[:, 2]], axis=1)
+    return np.einsum("nc,ncx->nx", weights, corners[triangle])
+
+
+def _uniform_rays(scene: Scene, count: int, random: np.random.Generator) -> Rays:
+    """Origins uniform in the scene's box, directions uniform over the sphere."""
+    low, high = scene_box(scene)
+    return _rays(random.uniform(low, high, (count, 3)), _on_sphere(count, random), math.inf)
