@@ -43,6 +43,14 @@ def _rays(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _stability(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.job import measure_stability
+
+    for scene in options.scene or config.stability_scenes:
+        measure_stability(config, scene, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -131,6 +139,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
+    "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
@@ -165,7 +174,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "rays", "features", "generate", "thumbnails"}:
+        if name in {"truth", "measure", "rays", "stability", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -176,7 +185,7 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"truth", "measure", "rays", "available", "thumbnails"}:
+        if name in {"truth", "measure", "rays", "stability", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -195,8 +204,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            known = config.ray_scenes if options.command == "rays" else config.scenes
-            if options.command in {"truth", "measure", "rays"} and scene not in known:
+            own = {"rays": config.ray_scenes, "stability": config.stability_scenes}
+            known = own.get(options.command, config.scenes)
+            if options.command in {"truth", "measure", *own} and scene not in known:
                 names = ", ".join(known) or "none"
                 raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:

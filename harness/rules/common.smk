@@ -14,6 +14,7 @@ from harness.measure.inputs import (
     package_sources,
     ray_scene_files,
     scene_files,
+    stability_scene_files,
     tracing_sources,
 )
 from harness.preflight import check_run

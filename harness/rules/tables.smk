@@ -6,6 +6,7 @@ rule tables:
         truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
         rays=expand(f"{RESULTS}/rays/{{scene}}/replayed.json", scene=RAY_FILES),
+        stability=rules.stability.input,
         settings=f"{RESULTS}/settings.json",
         sources=package_sources(
             "harness/statistics", "harness/tables", "harness/schemas"

@@ -15,6 +15,7 @@ from harness.tables.images import record_convergence, record_seeds, record_truth
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
+from harness.tables.stability import read_stability_jobs, record_stability
 from harness.tables.times import (
     group_times,
     headline,
@@ -103,6 +104,8 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     ray_jobs = read_ray_jobs(results_dir)
     for ray_job in ray_jobs:
         record_rays(recorder, ray_job)
+    for stability_job in read_stability_jobs(results_dir):
+        record_stability(recorder, stability_job)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",

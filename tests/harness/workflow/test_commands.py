@@ -11,8 +11,8 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "rays", "tables", "report", "check", "features", "available"}
-    assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
+    wanted = {"truth", "measure", "rays", "stability", "tables", "report", "check", "features"}
+    assert set(COMMANDS) == wanted | {"available", "generate", "thumbnails", "sheet"}
 
 
 def test_a_bad_setting_is_one_line_and_exit_code_one(

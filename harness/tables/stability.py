@@ -1,0 +1,82 @@
+"""Measurements of stability: rays that pass between triangles, and hits that are none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scipy import stats
+
+from harness.statistics.intervals import Interval
+from harness.tables.rays import ENGINE, MODEL
+from harness.tables.read import read_json, scene_names
+from harness.tables.schema import Recorder, Subject
+
+
+@dataclass(frozen=True, slots=True)
+class StabilityJob:
+    """The files of one mesh."""
+
+    name: str
+    provenance: Mapping[str, Any]
+    rows: list[Mapping[str, Any]]
+
+    @property
+    def run(self) -> str:
+        """Name of the run."""
+        return str(self.provenance.get("run", "unnamed"))
+
+
+def read_stability_jobs(results_dir: Path) -> list[StabilityJob]:
+    """Read what the tests of stability left, in the order of the run's settings.
+
+    None without settings.json, or where its settings have no such section.
+
+    Raises
+    ------
+    ResultsError
+        A file is missing or damaged.
+    """
+    settings = results_dir / "settings.json"
+    if not settings.exists():
+        return []
+    names = scene_names(read_json(settings).get("stability", {}).get("scenes", []))
+    return [_read_job(results_dir / "stability" / name) for name in names]
+
+
+def _read_job(folder: Path) -> StabilityJob:
+    summary = read_json(folder / "stability.json")
+    rows: list[Mapping[str, Any]] = []
+    for scale in summary["scales"]:
+        rows += read_json(folder / f"scale-{scale:g}.json")["rows"]
+    return StabilityJob(str(summary["scene"]), read_json(folder / "provenance.json"), rows)
+
+
+def share_ppm(count: int, of: int) -> Interval:
+    """`count` of `of` per million, with the exact 95 % interval of Clopper and Pearson (1934)."""
+    if not of:
+        return Interval(math.nan, math.nan, math.nan, 0)
+    interval = stats.binomtest(count, of).proportion_ci(method="exact")
+    return Interval(1e6 * count / of, 1e6 * interval.low, 1e6 * interval.high, of)
+
+
+def record_stability(recorder: Recorder, job: StabilityJob) -> None:
+    """Record everything that came of one mesh."""
+    for row in job.rows:
+        subject = Subject(job.run, job.name, row["tracer"], MODEL, ENGINE, row["precision"])
+        case = {"aim": row["aim"], "eye": float(row["eye"]), "scale": float(row["scale"])}
+        if row["traversal"]:
+            case["traversal"] = row["traversal"]
+        if row["status"] != "ok":
+            nothing, why = share_ppm(0, 0), row["reason"]
+            recorder.measure(subject, "cracks_ppm", nothing, case, status=row["status"], note=why)
+            continue
+        judged, rays = row["judged"], row["rays"]
+        recorder.measure(subject, "cracks_ppm", share_ppm(row["lost"], judged), case)
+        recorder.measure(subject, "left_out_ppm", share_ppm(rays - judged, rays), case)
+        at_outline = share_ppm(row["at_outline"], row["met"] - judged)
+        recorder.measure(subject, "outline_ppm", at_outline, case)
+        recorder.measure(subject, "false_hits_ppm", share_ppm(row["denied"], row["hits"]), case)
