@@ -47,6 +47,7 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
                                      const Settings<float>& settings, const Schedule& schedule) {
     KernelSpecification specification;
     specification.model = model_name(model);
+    specification.precision = name_of(schedule.precision);
     specification.features = host.features();
     specification.stack_capacity = int(stack_capacity(model, settings));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/config.h"
+#include "core/math/numeric.h"
 
 namespace haste {
 
@@ -12,8 +12,9 @@ inline constexpr float plane_offset = 0x1p15f;
 /// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs, HPG 2017, section 2.
 ///
 /// The planes of the children's boxes are bytes on a grid of the node's own: byte q of axis a is
-/// the plane origin[a] + (plane_offset + q) 2^(e_a - 127). The builder places every plane `plane_margin` of a grid
-/// step or more outside of the child's box, which is what the traversal's arithmetic may lose.
+/// the plane origin[a] + (plane_offset + q) 2^(e_a - 127). The builder places every plane
+/// `plane_margin` of a grid step or more outside of the child's box, which is what the traversal's
+/// arithmetic may lose.
 ///
 /// In place of the paper's eight bytes of meta data there are two masks, so that a slot that is hit
 /// adds a constant to what is to be done: slot i owns bit i of `inner` and bits 3 i to 3 i + 2 of
@@ -43,8 +44,9 @@ static_assert(sizeof(Bvh8Node) == 80, "five 16-byte loads");
 inline constexpr u32 bvh8_width = 8;
 inline constexpr u32 max_bvh8_leaf = 3;  ///< primitives
 
-/// In steps of a node's grid.
-inline constexpr float plane_margin = 0x1p-7f;
+/// In steps of a node's grid: four roundings of `plane_offset`, of which the traversal loses two.
+inline constexpr float plane_margin = 4.0f * Numeric<float>::unit_roundoff * plane_offset;
+static_assert(128.0f * plane_margin == 1.0f);
 
 /// Deepest tree that the traversal's stack can follow; the builder refuses a deeper one.
 inline constexpr u32 max_bvh8_depth = 32;
