@@ -51,6 +51,14 @@ def _stability(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _modes(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.modes import compare_modes
+
+    for scene in options.scene or config.mode_scenes:
+        compare_modes(config, scene, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -140,6 +148,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
     "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
+    "modes": (_modes, "render the same samples in every precision, and compare"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
@@ -149,6 +158,10 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "sheet": (_sheet, "set those pictures side by side, for the README"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
+
+
+JOBS = ("truth", "measure", "rays", "stability", "modes")
+"""Commands that are one job a scene."""
 
 
 def _positive(text: str) -> int:
@@ -174,7 +187,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "rays", "stability", "features", "generate", "thumbnails"}:
+        if name in {*JOBS, "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -185,7 +198,7 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"truth", "measure", "rays", "stability", "available", "thumbnails"}:
+        if name in {*JOBS, "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -204,9 +217,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            own = {"rays": config.ray_scenes, "stability": config.stability_scenes}
+            own = {
+                "rays": config.ray_scenes,
+                "stability": config.stability_scenes,
+                "modes": config.mode_scenes,
+            }
             known = own.get(options.command, config.scenes)
-            if options.command in {"truth", "measure", *own} and scene not in known:
+            if options.command in JOBS and scene not in known:
                 names = ", ".join(known) or "none"
                 raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:

@@ -95,6 +95,16 @@ class Config:
         """Where what came of the tests of a scene's mesh is written."""
         return self.results_dir / "stability" / scene
 
+    @property
+    def mode_scenes(self) -> dict[str, Path]:
+        """Name and place of each scene that is rendered in every precision."""
+        found = [find_scene(scene) for scene in self.values["stability"]["modes"]["scenes"]]
+        return {scene_name(path): path for path in found}
+
+    def modes_file(self, scene: str) -> Path:
+        """Where what came of a scene in every precision is written."""
+        return self.results_dir / "stability" / "modes" / f"{scene}.json"
+
     def ray_dir(self, scene: str) -> Path:
         """Where the rays of a scene, and what came of them, are written."""
         return self.results_dir / "rays" / scene
@@ -212,6 +222,7 @@ def check_config(values: Mapping[str, Any]) -> Config:
     _check_names("scenes", checked["scenes"])
     _check_names("rays.scenes", checked["rays"]["scenes"])
     _check_names("stability.scenes", checked["stability"]["scenes"])
+    _check_names("stability.modes.scenes", checked["stability"]["modes"]["scenes"])
     known = {*config.scenes, *(Path(name).name for name in standard_scenes())}
     for key, names in (
         ("scene_settings", checked["scene_settings"]),

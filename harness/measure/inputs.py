@@ -67,6 +67,11 @@ def stability_scene_files(config: Config) -> dict[str, list[str]]:
     return {name: files_of_scene(path) for name, path in config.stability_scenes.items()}
 
 
+def mode_scene_files(config: Config) -> dict[str, list[str]]:
+    """List the files of each scene that is rendered in every precision, see `scene_files`."""
+    return {name: files_of_scene(path) for name, path in config.mode_scenes.items()}
+
+
 def files_of_scene(path: Path) -> list[str]:
     """List the files of one scene, see `scene_files`."""
     parts = path.rglob("*") if path.is_dir() else [path]

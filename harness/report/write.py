@@ -28,6 +28,7 @@ from harness.report.rays import (
     ray_table,
 )
 from harness.report.rays_figures import plot_ray_ratios, plot_ray_tests
+from harness.report.stability import crack_table, find_crack_rows, mode_table, plot_cracks
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -172,6 +173,7 @@ def write_report(results_dir: Path) -> Path:
             "ray-tests", plot_ray_tests(ray_rows, sizes), "Tests a ray", captions["ray_tests"]
         )
     )
+    crack_rows = find_crack_rows(measurements)
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent, jobs),
@@ -186,6 +188,8 @@ def write_report(results_dir: Path) -> Path:
         "ray_ratios": ratio_table(ray_rows),
         "ray_hierarchies": hierarchy_table(ray_rows),
         "rays_skipped": missing_table(ray_rows),
+        "cracks": crack_table(crack_rows),
+        "precisions": mode_table(measurements),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -216,6 +220,7 @@ def write_report(results_dir: Path) -> Path:
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
         ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
+        crack_figure=figures.add("cracks", plot_cracks(crack_rows), "Cracks", captions["cracks"]),
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
         facts=collect_facts(provenance, jobs),

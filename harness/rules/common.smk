@@ -11,6 +11,7 @@ sys.path.insert(0, workflow.basedir)
 
 from harness.measure.config import ConfigError, check_config
 from harness.measure.inputs import (
+    mode_scene_files,
     package_sources,
     ray_scene_files,
     scene_files,

@@ -1,6 +1,7 @@
 """Numerical stability: rays at the edges and vertices of a mesh, through every tracer."""
 
 STABILITY_FILES = stability_scene_files(SETTINGS)
+MODE_FILES = mode_scene_files(SETTINGS)
 
 
 localrules:
@@ -10,6 +11,7 @@ localrules:
 rule stability:
     input:
         expand(f"{RESULTS}/stability/{{scene}}/stability.json", scene=STABILITY_FILES),
+        expand(f"{RESULTS}/stability/modes/{{scene}}.json", scene=MODE_FILES),
     message:
         "Stability: {input}"
 
@@ -37,3 +39,26 @@ rule cracks:
     shell:
         "{params.python:q} -m harness stability --settings {input.settings:q} "
         "--scene {wildcards.stability_scene:q} --threads {threads} 2>&1 | tee -i {log:q}"
+
+
+rule modes:
+    input:
+        settings=f"{RESULTS}/settings.json",
+        scene=lookup(within=MODE_FILES, dpath="{mode_scene}"),
+        sources=tracing_sources() + package_sources("harness/stability"),
+    output:
+        f"{RESULTS}/stability/modes/{{mode_scene}}.json",
+    log:
+        f"{RESULTS}/logs/modes-{{mode_scene}}.log",
+    wildcard_constraints:
+        mode_scene="|".join(map(re.escape, MODE_FILES)) or "none",
+    conda:
+        "../envs/haste.yaml"
+    threads: workflow.cores
+    params:
+        python=PYTHON,
+    message:
+        "{wildcards.mode_scene}: the same samples in every precision"
+    shell:
+        "{params.python:q} -m harness modes --settings {input.settings:q} "
+        "--scene {wildcards.mode_scene:q} --threads {threads} 2>&1 | tee -i {log:q}"

@@ -11,6 +11,7 @@ from typing import Any
 from scipy import stats
 
 from harness.statistics.intervals import Interval
+from harness.tables.images import exact
 from harness.tables.rays import ENGINE, MODEL
 from harness.tables.read import read_json, scene_names
 from harness.tables.schema import Recorder, Subject
@@ -55,6 +56,30 @@ def _read_job(folder: Path) -> StabilityJob:
     return StabilityJob(str(summary["scene"]), read_json(folder / "provenance.json"), rows)
 
 
+@dataclass(frozen=True, slots=True)
+class ModesJob:
+    """What came of one scene in every precision."""
+
+    name: str
+    record: Mapping[str, Any]
+
+    @property
+    def run(self) -> str:
+        """Name of the run."""
+        return str(self.record["provenance"].get("run", "unnamed"))
+
+
+def read_modes_jobs(results_dir: Path) -> list[ModesJob]:
+    """Read what comparing the precisions left; as `read_stability_jobs`."""
+    settings = results_dir / "settings.json"
+    if not settings.exists():
+        return []
+    modes = read_json(settings).get("stability", {}).get("modes", {})
+    names = scene_names(modes.get("scenes", []))
+    folder = results_dir / "stability" / "modes"
+    return [ModesJob(name, read_json(folder / f"{name}.json")) for name in names]
+
+
 def share_ppm(count: int, of: int) -> Interval:
     """`count` of `of` per million, with the exact 95 % interval of Clopper and Pearson (1934)."""
     if not of:
@@ -80,3 +105,23 @@ def record_stability(recorder: Recorder, job: StabilityJob) -> None:
         at_outline = share_ppm(row["at_outline"], row["met"] - judged)
         recorder.measure(subject, "outline_ppm", at_outline, case)
         recorder.measure(subject, "false_hits_ppm", share_ppm(row["denied"], row["hits"]), case)
+
+
+def record_modes(recorder: Recorder, job: ModesJob) -> None:
+    """Record how the precisions of one scene differ."""
+    model, samples = job.record["model"], job.record["samples"]
+    for row in job.record["rows"]:
+        subject = Subject(job.run, job.name, row["tracer"], model, "depth_first", row["precision"])
+        if row["status"] != "ok":
+            nothing, why = share_ppm(0, 0), row["reason"]
+            recorder.measure(subject, "paired_bias", nothing, status=row["status"], note=why)
+            continue
+        case = {"against": row["against"]}
+        non_finite = share_ppm(row["non_finite"], samples)
+        recorder.measure(subject, "non_finite_ppm", non_finite, case)
+        if row["precision"] == row["against"]:
+            continue
+        recorder.measure(subject, "paired_bias", Interval(**row["bias"]), case)
+        recorder.measure(subject, "diverged_ppm", share_ppm(row["diverged"], samples), case)
+        if row["speed"] is not None:
+            recorder.measure(subject, "paired_speed", exact(row["speed"], 1), case)

@@ -15,7 +15,12 @@ from harness.tables.images import record_convergence, record_seeds, record_truth
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
-from harness.tables.stability import read_stability_jobs, record_stability
+from harness.tables.stability import (
+    read_modes_jobs,
+    read_stability_jobs,
+    record_modes,
+    record_stability,
+)
 from harness.tables.times import (
     group_times,
     headline,
@@ -106,6 +111,8 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
         record_rays(recorder, ray_job)
     for stability_job in read_stability_jobs(results_dir):
         record_stability(recorder, stability_job)
+    for modes_job in read_modes_jobs(results_dir):
+        record_modes(recorder, modes_job)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",

@@ -187,10 +187,11 @@ class _HasteTracer(Tracer):
 
     @classmethod
     def ways(cls) -> tuple[Way, ...]:
-        """The core's traversals, its images' own first."""
+        """The core's traversals, its images' own first, and that also in fast arithmetic."""
         if cls.unavailable() is not None:
             return super().ways()
-        return tuple(Way(name, cls.precision) for name in traversals())
+        names = traversals()
+        return (*(Way(name, cls.precision) for name in names), Way(names[0], "fast"))
 
     def structure(self, way: Way) -> Structure | None:
         """The hierarchy of a traversal: what `load` has built, or what the extension says."""
@@ -198,7 +199,11 @@ class _HasteTracer(Tracer):
 
     def _how(self, way: Way) -> dict[str, object]:
         """Keywords of the extension's replay."""
-        return {"traversal": way.traversal, "threads": self.threads}
+        return {
+            "traversal": way.traversal,
+            "precision": way.precision,
+            "threads": self.threads,
+        }
 
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
@@ -337,7 +342,7 @@ class HasteCuda(_HasteTracer):
         return haste_cuda.render_cuda(self.scene, self.model, self.settings, **arguments)
 
     def _how(self, way: Way) -> dict[str, object]:
-        return {"traversal": way.traversal}
+        return {"traversal": way.traversal, "precision": way.precision}
 
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda

@@ -27,7 +27,7 @@ struct ElementaryConstants<float> {
 template <>
 struct ElementaryConstants<double> {
     static constexpr double log2_of_e = 1.44269504088896340736;
-    static constexpr double ln2_high = 6.93145751953125e-1;  ///< twenty bits
+    static constexpr double ln2_high = 0.693145751953125;  ///< twenty bits
     static constexpr double ln2_low = 1.42860682030941723212e-6;
     static constexpr int exponential_terms = 14;
     static constexpr int logarithm_terms = 11;

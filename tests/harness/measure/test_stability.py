@@ -11,18 +11,42 @@ import numpy as np
 import pytest
 
 from harness.measure.config import Config
+from harness.report.stability import crack_table, find_crack_rows, plot_cracks
 from harness.scene import SceneError, load_scene
 from harness.stability.aims import AIMS
 from harness.stability.job import measure_stability
 from harness.stability.mesh_scene import largest_mesh, scaled, write_mesh_scene
+from harness.stability.modes import compare_modes, diverged
+from harness.tables.lookup import read_measurements
 from harness.tables.schema import Recorder
-from harness.tables.stability import read_stability_jobs, record_stability, share_ppm
+from harness.tables.stability import (
+    read_modes_jobs,
+    read_stability_jobs,
+    record_modes,
+    record_stability,
+    share_ppm,
+)
 from harness.tracers.haste import HasteCpu
 
 REASON = HasteCpu.unavailable()
 pytestmark = pytest.mark.skipif(REASON is not None, reason=REASON or "")
 
 COUNT = 2048
+LIT = """<scene version="3.0.0">
+  <sensor type="perspective">
+    <transform name="to_world"><lookat origin="0,3,5" target="0,0,0" up="0,1,0"/></transform>
+  </sensor>
+  <shape type="rectangle">
+    <transform name="to_world"><rotate x="1" angle="-90"/><scale value="3"/></transform>
+    <bsdf type="diffuse"/>
+  </shape>
+  <shape type="cube"><transform name="to_world"><rotate y="1" angle="30"/></transform></shape>
+  <shape type="sphere">
+    <point name="center" x="0" y="4" z="0"/>
+    <emitter type="area"><rgb name="radiance" value="5,5,5"/></emitter>
+  </shape>
+</scene>
+"""
 SCALES, EYES = [1e-6, 1.0], [100.0]
 
 
@@ -63,6 +87,7 @@ def make(make_config: Any, tmp_path: Path) -> Callable[..., Config]:
             "traversals": ["bvh2", "brute_force", "intersect1"],
             "seed": 3,
             "most": {},
+            "modes": {"scenes": [], "resolution": [16, 16], "images": 2},
         }
         return make_config(tracers=tracers, stability={**stability, **changes})
 
@@ -85,14 +110,16 @@ def test_every_tracer_is_judged_at_every_scale_eye_and_aim(make: Callable[..., C
                 continue
             assert row["status"] == "ok", row
             assert 0.3 * row["rays"] < row["judged"] <= row["met"] <= row["rays"], row
-            assert row["denied"] == 0, row
-            if row["tracer"] == "haste-cpu":
+            if row["precision"] != "fast":
+                assert row["denied"] == 0, row
+            if row["precision"] == "watertight":
                 assert row["lost"] == 0 and row["first"] is None, row
             if row["precision"] == "fast":
-                caught += row["lost"]
+                caught += row["lost"] > 0
                 assert (row["first"] is not None) == (row["lost"] > 0), row
-    assert caught > 0, "the fast mode of Embree loses none: these rays find no crack"
+    assert caught > 8, f"fast tests lose rays in {caught} of 16 cases: these find no crack"
     ours = [("haste-cpu", way, "watertight") for way in ("bvh2", "brute_force")]
+    ours.append(("haste-cpu", "bvh2", "fast"))
     for who in (*ours, ("embree", "intersect1", "robust"), ("embree", "intersect1", "fast")):
         assert {(who, aim, scale, EYES[0]) for aim in AIMS for scale in SCALES} <= cases, who
     before = {path: path.stat().st_mtime_ns for path in folder.glob("scale-*.json")}
@@ -109,12 +136,72 @@ def test_what_is_counted_becomes_rows_with_exact_intervals(make: Callable[..., C
     record_stability(recorder, job)
     rows = [row for row in recorder.measurements if row["quantity"] == "cracks_ppm"]
     case = "aim=edge;eye=100.0;scale=1.0;traversal=bvh2"
-    (row,) = [row for row in rows if row["tracer"] == "haste-cpu" and row["case"] == case]
+    (row,) = [row for row in rows if row["precision"] == "watertight" and row["case"] == case]
     assert row["value"] == row["lower"] == 0.0 and row["status"] == "ok"
     # Of n tries without an event the one-sided bound is 1 - 0.025^(1/n).
     assert row["upper"] == pytest.approx(1e6 * (1.0 - 0.025 ** (1.0 / row["n"])), rel=1e-6)
     skipped = [row for row in rows if row["status"] == "skipped"]
     assert all(row["note"] for row in skipped)
+
+
+def test_precisions_are_compared_with_the_same_random_numbers(
+    make: Callable[..., Config], tmp_path: Path
+):
+    scene = tmp_path / "lit" / "scene.xml"
+    scene.parent.mkdir()
+    scene.write_text(LIT)
+    modes = {"scenes": [str(scene)], "resolution": [48, 48], "images": 3}
+    config = make(["haste-cpu", "embree", "haste-cuda"], scenes=[], modes=modes)
+    path = compare_modes(config, "lit", 1)
+    record = json.loads(path.read_text())
+    rows = {(row["tracer"], row["precision"]): row for row in record["rows"]}
+    assert record["samples"] == 3 * 48 * 48
+    assert {precision for tracer, precision in rows if tracer == "haste-cpu"} == {
+        *("fp64", "watertight", "fast")
+    }
+    assert not any(tracer == "embree" for tracer, _ in rows), "Embree has no such precisions"
+    truth, single = rows["haste-cpu", "fp64"], rows["haste-cpu", "watertight"]
+    assert truth["diverged"] == 0 and truth["bias"]["value"] == 0.0
+    assert single["non_finite"] == 0 and single["diverged"] <= 8, single
+    # Images that share no random number differ by some percent.
+    assert abs(single["bias"]["value"]) < 1e-3, single
+    assert ("haste-cuda", "watertight") in rows
+    (config.results_dir / "settings.json").write_text(json.dumps(config.values))
+    recorder = Recorder()
+    for job in read_modes_jobs(config.results_dir):
+        record_modes(recorder, job)
+    recorded = {(row["quantity"], row["precision"]) for row in recorder.measurements}
+    assert {("paired_bias", "fast"), ("diverged_ppm", "watertight")} <= recorded
+    assert ("non_finite_ppm", "fp64") in recorded and ("paired_bias", "fp64") not in recorded
+
+
+def test_a_path_has_parted_where_a_sample_is_not_alike() -> None:
+    own = np.full((2, 2, 3), 0.5)
+    other = own.copy()
+    other[0, 0] *= 1.0 + 2.0**-12
+    other[1, 1] *= 1.01
+    assert diverged(own, other) == 1 and diverged(own, own) == 0
+
+
+def test_the_report_shows_what_was_lost_and_the_most_that_it_can_be(make: Callable[..., Config]):
+    config = make(["haste-cpu", "embree", "haste-cuda"], scales=[1.0])
+    measure_stability(config, "ball", 1)
+    (config.results_dir / "settings.json").write_text(json.dumps(config.values))
+    recorder = Recorder()
+    for job in read_stability_jobs(config.results_dir):
+        record_stability(recorder, job)
+    path = config.results_dir / "measurements.csv"
+    recorder.frames()[1].to_csv(path, index=False)
+    rows = find_crack_rows(read_measurements(path))
+    table = crack_table(rows)
+    assert table is not None and plot_cracks(rows) is not None
+    (_, body), *_ = table.groups
+    by_way = {(line[0].text, line[1].text): line for line in body}
+    ours = by_way["haste-cpu", "bvh2"]
+    assert ours[2].text == "0" and ours[2].faint.startswith("< ")
+    frame = table.frame.set_index(["tracer", "way"])
+    assert frame.loc[("embree", "intersect1, fast"), "vertex"] > 0.0
+    assert plot_cracks([]) is None and crack_table([]) is None
 
 
 def test_a_share_of_nothing_is_not_a_number() -> None:

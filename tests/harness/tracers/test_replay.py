@@ -123,10 +123,15 @@ def test_every_traversal_of_the_core_gives_the_same_hits(name: str):
     expected = tracer.trace(*rays)
     for way in tracer.ways():
         hits = tracer.trace(*rays, way=way)
+        if way.precision == "fast":
+            # A ray in some thousand may pass through an edge, and distances round in another way.
+            assert (hits.primitive != expected.primitive).mean() < 1e-3, way
+            continue
         assert np.array_equal(hits.t, expected.t), way
         assert np.array_equal(hits.primitive, expected.primitive), way
         structure = tracer.structure(way)
-        assert structure is not None and structure.size > 0.0, way
+        assert structure is not None, way
+        assert (structure.size > 0.0) == (way.traversal != "brute_force"), way
 
 
 def test_a_way_that_a_tracer_does_not_have_is_refused():
