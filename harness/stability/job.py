@@ -22,7 +22,7 @@ from harness.rays.agreement import evenly
 from harness.rays.store import write_rays
 from harness.scene import RenderSettings, load_scene, load_settings
 from harness.stability.aims import AIMS, Mesh, aimed_rays
-from harness.stability.cracks import Truth, false_hits, lost, truth_of
+from harness.stability.cracks import Truth, distance_errors, false_hits, lost, truth_of
 from harness.stability.mesh_scene import largest_mesh, scaled, write_mesh_scene
 from harness.stability.rings import Integers, Rings, edge_rings, vertex_rings
 from harness.tracers.rays import Rays, Way
@@ -34,6 +34,9 @@ SUMMARY = "stability.json"
 CLASS = "aimed"
 AT_ONCE = 1 << 20
 """Rays that are made, traced and judged together: what bounds the memory."""
+QUANTILES = (0.5, 0.999)
+MOST_ERRORS = 1 << 16
+"""Rays whose distances are compared."""
 COUNTS = ("rays", "met", "judged", "lost", "at_outline", "hits", "denied")
 
 
@@ -49,6 +52,8 @@ class Variant:
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS, 0))
     first: dict[str, list[float]] | None = None
     """the first lost ray"""
+    ulp: list[float] | None = None
+    """quantiles `QUANTILES` of the error of the distance, of the rays that are traced first"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,6 +241,12 @@ class _Job:
         }
         for name, count in found.items():
             variant.counts[name] += int(count)
+        if variant.ulp is None and np.isfinite(answer.t).any():
+            some = slice(0, MOST_ERRORS)
+            few = Rays(*(getattr(rays, name)[some] for name in Rays.__slots__))
+            errors = distance_errors(aimed.mesh, few, answer.t[some], answer.primitive[some])
+            errors = errors[np.isfinite(errors)]
+            variant.ulp = np.quantile(errors, QUANTILES).tolist() if len(errors) else None
         if cracks.any() and variant.first is None:
             place = int(np.argmax(cracks))
             variant.first = {
@@ -252,4 +263,5 @@ def _row(variant: Variant) -> dict[str, Any]:
         "reason": variant.reason,
         **variant.counts,
         "first": variant.first,
+        "ulp": variant.ulp,
     }

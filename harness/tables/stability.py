@@ -105,6 +105,9 @@ def record_stability(recorder: Recorder, job: StabilityJob) -> None:
         at_outline = share_ppm(row["at_outline"], row["met"] - judged)
         recorder.measure(subject, "outline_ppm", at_outline, case)
         recorder.measure(subject, "false_hits_ppm", share_ppm(row["denied"], row["hits"]), case)
+        for level, ulp in zip(("median", "p999"), row["ulp"] or (), strict=False):
+            error = exact(ulp, row["hits"])
+            recorder.measure(subject, "t_error_ulp", error, {**case, "quantile": level})
 
 
 def record_modes(recorder: Recorder, job: ModesJob) -> None:

@@ -110,6 +110,7 @@ def test_every_tracer_is_judged_at_every_scale_eye_and_aim(make: Callable[..., C
                 continue
             assert row["status"] == "ok", row
             assert 0.3 * row["rays"] < row["judged"] <= row["met"] <= row["rays"], row
+            assert 0.0 <= row["ulp"][0] < 8.0 and row["ulp"][0] <= row["ulp"][1], row
             if row["precision"] != "fast":
                 assert row["denied"] == 0, row
             if row["precision"] == "watertight":
