@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from harness.measure.config import Config
+from harness.measure.provenance import arithmetic
 from harness.report.stability import crack_table, find_crack_rows, plot_cracks
 from harness.scene import SceneError, load_scene
 from harness.stability.aims import AIMS
@@ -203,6 +204,12 @@ def test_the_report_shows_what_was_lost_and_the_most_that_it_can_be(make: Callab
     frame = table.frame.set_index(["tracer", "way"])
     assert frame.loc[("embree", "intersect1, fast"), "vertex"] > 0.0
     assert plot_cracks([]) is None and crack_table([]) is None
+
+
+def test_single_precision_is_probed_and_whole() -> None:
+    found = arithmetic()
+    assert all(found.values()), found
+    assert json.dumps(found)
 
 
 def test_a_share_of_nothing_is_not_a_number() -> None:
