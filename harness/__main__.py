@@ -59,6 +59,13 @@ def _modes(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _surfaces(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.surfaces import measure_surfaces
+
+    measure_surfaces(config, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -149,6 +156,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "rays": (_rays, "trace the same rays with every tracer"),
     "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
     "modes": (_modes, "render the same samples in every precision, and compare"),
+    "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
@@ -198,7 +206,7 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {*JOBS, "available", "thumbnails"}:
+        if name in {*JOBS, "surfaces", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,

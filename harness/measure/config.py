@@ -101,6 +101,11 @@ class Config:
         found = [find_scene(scene) for scene in self.values["stability"]["modes"]["scenes"]]
         return {scene_name(path): path for path in found}
 
+    @property
+    def surfaces_file(self) -> Path:
+        """Where what came of rays that leave surfaces is written."""
+        return self.results_dir / "stability" / "surfaces.json"
+
     def modes_file(self, scene: str) -> Path:
         """Where what came of a scene in every precision is written."""
         return self.results_dir / "stability" / "modes" / f"{scene}.json"

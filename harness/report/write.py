@@ -28,7 +28,13 @@ from harness.report.rays import (
     ray_table,
 )
 from harness.report.rays_figures import plot_ray_ratios, plot_ray_tests
-from harness.report.stability import crack_table, find_crack_rows, mode_table, plot_cracks
+from harness.report.stability import (
+    crack_table,
+    find_crack_rows,
+    mode_table,
+    plot_cracks,
+    surface_table,
+)
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -190,6 +196,7 @@ def write_report(results_dir: Path) -> Path:
         "rays_skipped": missing_table(ray_rows),
         "cracks": crack_table(crack_rows),
         "precisions": mode_table(measurements),
+        "surfaces": surface_table(measurements),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(

@@ -12,6 +12,7 @@ rule stability:
     input:
         expand(f"{RESULTS}/stability/{{scene}}/stability.json", scene=STABILITY_FILES),
         expand(f"{RESULTS}/stability/modes/{{scene}}.json", scene=MODE_FILES),
+        f"{RESULTS}/stability/surfaces.json",
     message:
         "Stability: {input}"
 
@@ -62,3 +63,23 @@ rule modes:
     shell:
         "{params.python:q} -m harness modes --settings {input.settings:q} "
         "--scene {wildcards.mode_scene:q} --threads {threads} 2>&1 | tee -i {log:q}"
+
+
+rule surfaces:
+    input:
+        settings=f"{RESULTS}/settings.json",
+        sources=tracing_sources() + package_sources("harness/stability"),
+    output:
+        f"{RESULTS}/stability/surfaces.json",
+    log:
+        f"{RESULTS}/logs/surfaces.log",
+    conda:
+        "../envs/haste.yaml"
+    threads: workflow.cores
+    params:
+        python=PYTHON,
+    message:
+        "Rays that leave surfaces, of every tracer"
+    shell:
+        "{params.python:q} -m harness surfaces --settings {input.settings:q} "
+        "--threads {threads} 2>&1 | tee -i {log:q}"

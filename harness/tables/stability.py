@@ -80,6 +80,26 @@ def read_modes_jobs(results_dir: Path) -> list[ModesJob]:
     return [ModesJob(name, read_json(folder / f"{name}.json")) for name in names]
 
 
+@dataclass(frozen=True, slots=True)
+class SurfacesJob:
+    """What came of rays that leave surfaces."""
+
+    record: Mapping[str, Any]
+
+    @property
+    def run(self) -> str:
+        """Name of the run."""
+        return str(self.record["provenance"].get("run", "unnamed"))
+
+
+def read_surfaces_job(results_dir: Path) -> SurfacesJob | None:
+    """Read it; None where the run's settings have no such section. Raises ResultsError."""
+    settings = results_dir / "settings.json"
+    if not settings.exists() or "surfaces" not in read_json(settings).get("stability", {}):
+        return None
+    return SurfacesJob(read_json(results_dir / "stability" / "surfaces.json"))
+
+
 def share_ppm(count: int, of: int) -> Interval:
     """`count` of `of` per million, with the exact 95 % interval of Clopper and Pearson (1934)."""
     if not of:
@@ -128,3 +148,14 @@ def record_modes(recorder: Recorder, job: ModesJob) -> None:
         recorder.measure(subject, "diverged_ppm", share_ppm(row["diverged"], samples), case)
         if row["speed"] is not None:
             recorder.measure(subject, "paired_speed", exact(row["speed"], 1), case)
+
+
+def record_surfaces(recorder: Recorder, job: SurfacesJob) -> None:
+    """Record self-hits and leaks."""
+    for row in job.record["rows"]:
+        scene = {"self_hits_ppm": "tilted-mirror", "leaks_ppm": "floor-under-lid"}[row["quantity"]]
+        subject = Subject(job.run, scene, row["tracer"], "path", "depth_first", row["precision"])
+        ok = row["status"] == "ok"
+        share = share_ppm(row["count"], row["of"]) if ok else share_ppm(0, 0)
+        case, why = dict(row["case"]), row["reason"]
+        recorder.measure(subject, row["quantity"], share, case, status=row["status"], note=why)

@@ -18,8 +18,10 @@ from harness.tables.schema import Recorder
 from harness.tables.stability import (
     read_modes_jobs,
     read_stability_jobs,
+    read_surfaces_job,
     record_modes,
     record_stability,
+    record_surfaces,
 )
 from harness.tables.times import (
     group_times,
@@ -113,6 +115,9 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
         record_stability(recorder, stability_job)
     for modes_job in read_modes_jobs(results_dir):
         record_modes(recorder, modes_job)
+    surfaces_job = read_surfaces_job(results_dir)
+    if surfaces_job is not None:
+        record_surfaces(recorder, surfaces_job)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",

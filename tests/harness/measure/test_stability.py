@@ -12,19 +12,22 @@ import pytest
 
 from harness.measure.config import Config
 from harness.measure.provenance import arithmetic
-from harness.report.stability import crack_table, find_crack_rows, plot_cracks
+from harness.report.stability import crack_table, find_crack_rows, plot_cracks, surface_table
 from harness.scene import SceneError, load_scene
 from harness.stability.aims import AIMS
 from harness.stability.job import measure_stability
 from harness.stability.mesh_scene import largest_mesh, scaled, write_mesh_scene
 from harness.stability.modes import compare_modes, diverged
+from harness.stability.surfaces import measure_surfaces
 from harness.tables.lookup import read_measurements
 from harness.tables.schema import Recorder
 from harness.tables.stability import (
     read_modes_jobs,
     read_stability_jobs,
+    read_surfaces_job,
     record_modes,
     record_stability,
+    record_surfaces,
     share_ppm,
 )
 from harness.tracers.haste import HasteCpu
@@ -89,6 +92,7 @@ def make(make_config: Any, tmp_path: Path) -> Callable[..., Config]:
             "seed": 3,
             "most": {},
             "modes": {"scenes": [], "resolution": [16, 16], "images": 2},
+            "surfaces": {"scales": [1.0], "eyes": [1.0], "gaps": [1e-5], "images": 1},
         }
         return make_config(tracers=tracers, stability={**stability, **changes})
 
@@ -175,6 +179,36 @@ def test_precisions_are_compared_with_the_same_random_numbers(
     recorded = {(row["quantity"], row["precision"]) for row in recorder.measurements}
     assert {("paired_bias", "fast"), ("diverged_ppm", "watertight")} <= recorded
     assert ("non_finite_ppm", "fp64") in recorded and ("paired_bias", "fp64") not in recorded
+
+
+def test_rays_that_leave_surfaces_neither_come_back_nor_leak(make: Callable[..., Config]):
+    surfaces = {"scales": [1e-6, 1e6], "eyes": [1.0, 1e3], "gaps": [1e-2, 1e-5], "images": 1}
+    config = make(["haste-cpu", "haste-cuda", "mitsuba-scalar"], surfaces=surfaces)
+    record = json.loads(measure_surfaces(config, 1).read_text())
+    caught = 0
+    for row in record["rows"]:
+        if row["status"] != "ok":
+            assert row["tracer"] != "haste-cpu" and row["reason"], row
+            continue
+        assert row["of"] == 64 * 64, row
+        if row["tracer"] == "haste-cpu":
+            assert row["count"] == 0, row
+        caught += row["count"] > 0
+    # Negative control: Mitsuba starts its rays further off than the lids are here.
+    scalar = [row for row in record["rows"] if row["tracer"] == "mitsuba-scalar"]
+    assert caught > 0 or not [row for row in scalar if row["status"] == "ok"]
+    assert len([row for row in record["rows"] if row["tracer"] == "haste-cpu"]) == 8
+    (config.results_dir / "settings.json").write_text(json.dumps(config.values))
+    job, recorder = read_surfaces_job(config.results_dir), Recorder()
+    assert job is not None
+    record_surfaces(recorder, job)
+    path = config.results_dir / "measurements.csv"
+    recorder.frames()[1].to_csv(path, index=False)
+    table = surface_table(read_measurements(path))
+    assert table is not None
+    ((_, body),) = table.groups
+    assert [column.title for column in table.columns][1] == "self-hits"
+    assert [cell.text for cell in body[0]][1:] == ["0"] * 3
 
 
 def test_a_path_has_parted_where_a_sample_is_not_alike() -> None:
