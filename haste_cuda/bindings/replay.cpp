@@ -15,6 +15,15 @@ using namespace nb::literals;
 
 namespace haste {
 
+TraversalKind traversal_of(const std::string& name) {
+    std::string known;
+    for (u32 i = 0; i < traversal_count; ++i) {
+        if (name == traversal_names[i]) return TraversalKind(i);
+        known += std::string(i == 0 ? "" : ", ") + traversal_names[i];
+    }
+    throw std::invalid_argument("traversal must be one of " + known + ", not " + name);
+}
+
 namespace {
 
 std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& directions,
@@ -53,15 +62,6 @@ nb::dict to_dict(const ReplayOutput& output) {
         result["triangles"] = double(output.visited->primitives) / rays;
     }
     return result;
-}
-
-TraversalKind traversal_of(const std::string& name) {
-    std::string known;
-    for (u32 i = 0; i < traversal_count; ++i) {
-        if (name == traversal_names[i]) return TraversalKind(i);
-        known += std::string(i == 0 ? "" : ", ") + traversal_names[i];
-    }
-    throw std::invalid_argument("traversal must be one of " + known + ", not " + name);
 }
 
 BvhInfo bvh_of(SceneHandle& scene, const std::string& traversal) {

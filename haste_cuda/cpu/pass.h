@@ -34,7 +34,7 @@ template <template <class, class> class Model, u32 Kinds>
 PassResult run_pass_on_bvh2(const PassRequest& request) {
     using F = Features<cpu_features | Kinds>;
     const Model<Watertight, F> model(request.view, request.settings);
-    const DefaultIntersector<Watertight, F> intersector(request.view);
+    const ImageIntersector<Watertight, F> intersector(request.view);
     return run_pass(request, model, intersector);
 }
 

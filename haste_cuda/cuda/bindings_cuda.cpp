@@ -90,11 +90,12 @@ Translation translation_of(const std::string& source, int architecture,
 KernelSpecification specification_of(const std::string& kernel, const std::string& model,
                                      const std::string& precision, std::uint32_t features,
                                      int stack_capacity, const std::string& film, bool layered,
-                                     bool count_rays) {
+                                     bool count_rays, const std::string& traversal) {
     return {.kernel = kernel,
             .model = model,
             .precision = precision,
             .features = features,
+            .traversal = traversal,
             .stack_capacity = stack_capacity,
             .film = film,
             .layered = layered,
@@ -144,25 +145,28 @@ void bind_compiler(nb::module_& module) {
         "kernel_source",
         [](const std::string& kernel, const std::string& model, const std::string& precision,
            std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
-           bool count_rays) {
+           bool count_rays, const std::string& traversal) {
             return kernel_source(specification_of(kernel, model, precision, features,
-                                                  stack_capacity, film, layered, count_rays));
+                                                  stack_capacity, film, layered, count_rays,
+                                                  traversal));
         },
         "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
         "film"_a = "int64", "layered"_a = false, "count_rays"_a = false,
+        "traversal"_a = name_of(default_traversal),
         "The translation unit of a kernel. Raises ValueError naming what is unknown.");
     module.def(
         "compile_kernel",
         [](const std::string& kernel, const std::string& model, const std::string& precision,
            std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
-           bool count_rays, int architecture, bool use_cache) {
-            const KernelSpecification specification = specification_of(
-                kernel, model, precision, features, stack_capacity, film, layered, count_rays);
+           bool count_rays, const std::string& traversal, int architecture, bool use_cache) {
+            const KernelSpecification specification =
+                specification_of(kernel, model, precision, features, stack_capacity, film, layered,
+                                 count_rays, traversal);
             return build(kernel_translation(specification, architecture), use_cache);
         },
         "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
-        "film"_a = "int64", "layered"_a = false, "count_rays"_a = false, nb::kw_only(),
-        "architecture"_a, "use_cache"_a = true,
+        "film"_a = "int64", "layered"_a = false, "count_rays"_a = false,
+        "traversal"_a = name_of(default_traversal), nb::kw_only(), "architecture"_a, "use_cache"_a = true,
         "Compiles a kernel for an architecture (90 is sm_90); no GPU is needed. See "
         "compile_source.");
     module.def(
@@ -177,7 +181,7 @@ void bind_compiler(nb::module_& module) {
                                             architecture),
                          use_cache);
         },
-        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = "bvh2", "count"_a = false,
+        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = name_of(default_traversal), "count"_a = false,
         nb::kw_only(), "architecture"_a, "use_cache"_a = true,
         "Compiles the kernel that replays rays, for closest hits or for any hit. See "
         "compile_source.");

@@ -44,10 +44,12 @@ u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 light
 }
 
 KernelSpecification specification_of(const HostScene& host, ModelKind model,
-                                     const Settings<float>& settings, const Schedule& schedule) {
+                                     const Settings<float>& settings, const Schedule& schedule,
+                                     TraversalKind traversal) {
     KernelSpecification specification;
     specification.model = model_name(model);
     specification.features = host.features();
+    specification.traversal = name_of(traversal);
     specification.stack_capacity = int(stack_capacity(model, settings));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";
     specification.layered = schedule.accumulation == Accumulation::layer_weighted;
@@ -62,7 +64,11 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
                             const Schedule& schedule) {
     check_settings(model, settings, samples, schedule);
     CudaOutput output;
-    output.upload_seconds = state_->upload(host, scene, default_traversal);
+    const SceneArrays& arrays = host.arrays();
+    const TraversalKind traversal = schedule.traversal.value_or(image_traversal(
+        schedule.engine, arrays.triangle_shape.size() + arrays.sphere_radius.size()));
+    output.traversal = name_of(traversal);
+    output.upload_seconds = state_->upload(host, scene, traversal);
     output.scene_bytes = scene->device.bytes();
 
     RenderParams pass{};
@@ -80,7 +86,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
         {.device = state_->device,
          .kernels = state_->kernels,
          .stream = state_->stream,
-         .kernel = specification_of(host, model, settings, schedule),
+         .kernel = specification_of(host, model, settings, schedule, traversal),
          .schedule = schedule,
          .tree = ray_tree(model, settings),
          .most_shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count)});
