@@ -150,7 +150,7 @@ def test_a_case_is_sorted_and_reads_back():
 
 
 def test_a_failure_without_a_reason_is_refused():
-    with pytest.raises(SchemaError, match="needs a note"):
+    with pytest.raises(SchemaError, match=r"measurements\.note: .* needs the reason"):
         Recorder().measure(SUBJECT, "slope", Interval(1.0, 1.0, 1.0, 2), status="failed")
 
 
