@@ -1,6 +1,7 @@
 """The steps of a run, one command each: ``python -m harness <command> --help``."""
 
 import argparse
+import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -119,6 +120,9 @@ def _available(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""A full disk, a full share of it, a file larger than is allowed."""
+
 COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
@@ -197,6 +201,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except ConfigError as error:
         return _refuse(error)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        print(f"error: {error}; what was complete is kept", file=sys.stderr)
+        return 1
     except _expected_errors() as error:
         return _refuse(error)
 

@@ -40,6 +40,7 @@ from harness.report.tables import (
 from harness.tables.lookup import read_measurements
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.write import merge_provenance
+from harness.whole_files import write_whole, written_whole
 
 HERE = Path(__file__).resolve().parent
 CAPTIONS = HERE.parent / "captions"
@@ -91,11 +92,10 @@ def _detail(job: SceneJob) -> str:
 
 
 def _write_csv(folder: Path, tables: list[Table | None]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
     for table in tables:
         if table is not None:
-            path = folder / f"{table.name}.csv"
-            table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
+            with written_whole(folder / f"{table.name}.csv") as (path,):
+                table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
 
 
 def write_report(results_dir: Path) -> Path:
@@ -192,5 +192,5 @@ def write_report(results_dir: Path) -> Path:
         **tables,
     )
     path = results_dir / "report.html"
-    path.write_text(page)
+    write_whole(path, page)
     return path

@@ -6,9 +6,8 @@ rule tables:
         truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
         settings=f"{RESULTS}/settings.json",
-        sources=package_sources(
-            "harness/statistics", "harness/tables", "harness/schemas"
-        ),
+        sources=module_sources("harness.tables.write"),
+        schemas=package_sources("harness/schemas"),
     output:
         f"{RESULTS}/samples.parquet",
         f"{RESULTS}/measurements.csv",

@@ -20,6 +20,7 @@ from harness.tables.times import (
     record_ratios,
     record_times,
 )
+from harness.whole_files import written_whole
 
 
 def tile_size(job: SceneJob) -> int:
@@ -84,6 +85,7 @@ def merge_provenance(jobs: list[SceneJob]) -> dict[str, Any]:
 def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     """Write samples.parquet, measurements.csv and provenance.json; returns their paths.
 
+    All three are written, whole, or none is.
     Raises ResultsError for missing or damaged files, SchemaError for a name that the closed lists
     do not know.
     """
@@ -97,8 +99,9 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
         results_dir / "measurements.csv",
         results_dir / "provenance.json",
     )
-    samples.to_parquet(paths[0], index=False)
-    measurements.to_csv(paths[1], index=False, float_format="%.9g", lineterminator="\n")
     text = json.dumps(merge_provenance(jobs), indent=1, sort_keys=True)
-    paths[2].write_text(text + "\n")
+    with written_whole(*paths) as temporaries:
+        samples.to_parquet(temporaries[0], index=False)
+        measurements.to_csv(temporaries[1], index=False, float_format="%.9g", lineterminator="\n")
+        temporaries[2].write_text(text + "\n")
     return paths
