@@ -28,10 +28,14 @@ def _write(path: Path, write: Callable[[BinaryIO], object]) -> None:
         raise
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all."""
+    _write(path, lambda file: file.write(text.encode()))
+
+
 def write_json(path: Path, value: object) -> None:
     """Write a JSON file, whole or not at all."""
-    text = json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n"
-    _write(path, lambda file: file.write(text.encode()))
+    write_text(path, json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
 def read_json(path: Path) -> Any:
