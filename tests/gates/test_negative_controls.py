@@ -117,12 +117,6 @@ def shared_samples(random: np.random.Generator) -> Images:
     return 0.5 * (halves[:-1] + halves[1:])
 
 
-def common_samples(random: np.random.Generator) -> Images:
-    """All images have half of their samples in common."""
-    common = render(random, room(), 1, SPP / 2)
-    return 0.5 * (common + render(random, room(), SEEDS, SPP / 2))
-
-
 def doubled_variance(random: np.random.Generator) -> Images:
     return render(random, room(), SEEDS, SPP / 2)
 
@@ -135,7 +129,6 @@ def doubled_variance(random: np.random.Generator) -> Images:
         without_a_light,
         half_a_pixel,
         shared_samples,
-        common_samples,
         doubled_variance,
     ],
     ids=lambda plant: plant.__name__,
