@@ -10,8 +10,9 @@ from harness.statistics.bias import (
     GATE_LEVEL,
     Equivalence,
     Verdict,
+    image_means,
     judge_equivalence,
-    relative_bias,
+    relative_difference,
 )
 from harness.statistics.independence import strongest_correlation
 from harness.statistics.metrics import Image, Truth
@@ -54,8 +55,9 @@ def compare_images(
 
     independent: whether seeds must differ; where the answer is known every sample may bring it.
     """
-    interval = relative_bias(images, truth, GATE_LEVEL)
-    strict = relative_bias(images, truth, 1.0 - bound.strict)
+    means, reference = image_means(images), image_means(truth.batches)
+    interval = relative_difference(means, reference, GATE_LEVEL)
+    strict = relative_difference(means, reference, 1.0 - bound.strict)
     bias = judge_equivalence(interval, bound.delta, truth.batches.shape[0], strict)
     tiles = compare_tiles(images, truth.batches, rounding_bound(spp), bound.tile)
     note = _dependence(images, truth, bound.strict) if independent else ""

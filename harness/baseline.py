@@ -13,6 +13,7 @@ from harness.measure.files import write_text
 from harness.regression import Regression, describe_change, judge_changes
 from harness.snapshot import Snapshot, from_record, snapshots_of, to_record
 from harness.statistics.bias import Verdict
+from harness.statistics.change import Speed
 from harness.tables.read import ResultsError, read_jobs, read_json
 from harness.tables.write import merge_provenance
 
@@ -121,4 +122,5 @@ def describe_renewal(
 
 def is_different(change: Regression) -> bool:
     """Whether a comparison with the baseline found anything but equality."""
-    return change.verdict is not Verdict.PASS or bool(change.note) or change.moved
+    other_speed = change.speed in {Speed.FASTER, Speed.SLOWER}
+    return change.verdict is not Verdict.PASS or bool(change.note) or change.moved or other_speed

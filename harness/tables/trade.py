@@ -96,8 +96,11 @@ def variants_of(
 def record_trade(recorder: Recorder, job: SceneJob, timed: dict[tuple[str, str], Timed]) -> None:
     """Record error at a time, time and samples to an error, speed-ups and crossover times.
 
-    Nothing where the exact model has no truth, or no tracer of it was timed.
+    Nothing where the exact model has no truth or no images, or where the answer is known: those
+    scenes are not timed.
     """
+    if job.description.get("answers"):
+        return
     if EXACT not in job.models or EXACT in job.untrue or not job.tracers(EXACT):
         return
     truth = job.truth(EXACT)

@@ -39,7 +39,6 @@ def resampled(name: str) -> tuple[Draw, float]:
 POPULATIONS: dict[str, tuple[Draw, float]] = {
     "Gaussian": (lambda random, count: random.normal(1.0, 0.2, count), 1.0),
     "real": resampled("relmse of images of the gate, over the mean of 16 seeds"),
-    "tetra at 1 spp": resampled("relmse of tetra at one sample a pixel, path, embree"),
     "three-spheres at 1 spp": resampled(
         "relmse of three-spheres at one sample a pixel, path, embree"
     ),
