@@ -66,7 +66,7 @@ def test_a_written_baseline_reads_back(run: Path, baseline: Path):
     assert found["cornell-box", "path", "haste-cpu"].log_seconds.size == 5
 
 
-def test_an_error_too_small_for_the_truth_s_noise_is_seen_against_the_baseline(
+def test_an_image_that_is_not_the_baseline_s_is_named(
     run: Path, baseline: Path, capsys: pytest.CaptureFixture[str]
 ):
     change_images(run, "haste-cpu", lambda image: 1.006 * image)
@@ -133,7 +133,7 @@ def test_a_scene_that_is_gone_leaves_the_baseline(
     text = (baseline / "cornell-box.json").read_text().replace("cornell-box", "attic")
     (baseline / "attic.json").write_text(text)
     assert renew(run, baseline, SETTINGS, lambda: True) == 0
-    assert "gone               attic path embree" in capsys.readouterr().out
+    assert f"{'gone':<18} attic path embree" in capsys.readouterr().out
     assert not (baseline / "attic.json").exists()
 
 
