@@ -125,6 +125,8 @@ def test_help_lists_every_command(checkout: Checkout) -> None:
         "all",
         "test",
         "check",
+        "baseline",
+        "compare",
         "features",
         "lint",
         "setup",

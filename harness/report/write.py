@@ -11,10 +11,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from harness.answers import judge_answers
-from harness.gate import judge, settings_of
+from harness.bounds import settings_of
+from harness.gate import judge
 from harness.report.agreement_figure import plot_agreement
 from harness.report.answers_figure import plot_answers
 from harness.report.answers_table import answers_table
+from harness.report.budget_table import budget_table, crossover_table
 from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
@@ -154,6 +156,8 @@ def write_report(results_dir: Path) -> Path:
         "engines": ladder_table(rungs),
         "times": times_table(measurements, jobs),
         "eye_rays": eye_rays_table(jobs),
+        "budget": budget_table(measurements, pictured),
+        "crossover": crossover_table(measurements, pictured),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(

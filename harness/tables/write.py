@@ -20,6 +20,7 @@ from harness.tables.times import (
     record_ratios,
     record_times,
 )
+from harness.tables.trade import record_trade
 from harness.whole_files import written_whole
 
 
@@ -36,6 +37,7 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
     record_times(recorder, job, times)
     record_ratios(recorder, job, times)
     timed = headline(times)
+    record_trade(recorder, job, timed)
     for model in job.models:
         for absence in job.absent(model):
             recorder.measure(
