@@ -35,7 +35,7 @@ echo "apt-get $*" >>"$STATE/calls"
 [[ ! -e $STATE/apt-is-broken ]] || exit 100
 case $1 in
     update) rm -f "$STATE/no-lists" ;;
-    install) [[ ! -e $STATE/no-lists ]] && cp "$STATE/bin/true" "$STATE/bin/git" ;;
+    install) [[ ! -e $STATE/no-lists ]] && cp --remove-destination "$STATE/bin/"{true,git} ;;
 esac
 """
 
