@@ -116,10 +116,10 @@ def test_folders_that_measured_nothing_alike_are_refused(
     assert "cannot be read" in capsys.readouterr().err
 
 
-def many(random: np.random.Generator, shift: float) -> Measurements:
-    """Two hundred images with standard errors of 1 %, the first of them changed."""
+def many(random: np.random.Generator, shift: float, count: int = 200) -> Measurements:
+    """Images with standard errors of 1 %, the first of them changed."""
     rows = []
-    for place in range(200):
+    for place in range(count):
         values = random.normal(1.0, 0.04, 16)
         mean = float(values.mean()) + (shift if place == 0 else 0.0)
         half = 2.1314495 * float(values.std(ddof=1)) / 4.0
@@ -137,7 +137,7 @@ def test_among_many_comparisons_noise_is_named_no_more_often_than_stated():
     random = np.random.default_rng(1)
     trials = 300
     wrong = sum(
-        bool(compare_runs(many(random, 0.0), many(random, 0.0), 0.05, 0.1).changed)
+        bool(compare_runs(many(random, 0.0, 40), many(random, 0.0, 40), 0.05, 0.1).changed)
         for _ in range(trials)
     )
     # Four standard errors of a share of 0.05.

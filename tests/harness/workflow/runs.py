@@ -23,6 +23,8 @@ from harness.tables.schema import load_list
 
 SCENES = ("cornell-box", "three-spheres")
 SPP = {"path": 4, "haste": 2, "whitted": 2}
+PLAIN = {"path": 1, "haste": 1, "whitted": 1}
+"""Factors of a scene that takes no more samples than others."""
 SETTINGS: dict[str, Any] = {
     "preset": "small",
     "miniature": True,
@@ -37,8 +39,12 @@ SETTINGS: dict[str, Any] = {
     "packets": {"scenes": ["cornell-box"], "models": ["path"], "sizes": [64, 4096], "repeats": 2},
     "engines": {"scenes": ["cornell-box"], "models": ["path"], "packets": [4096], "repeats": 2},
     "scene_settings": {
-        "cornell-box": {"truth_spp": SPP, "seeds_spp": SPP},
-        "three-spheres": {"convergence": {"seeds": 2, "most_seeds": 2}},
+        "cornell-box": {"truth_factor": PLAIN, "seeds_factor": PLAIN},
+        "three-spheres": {
+            "truth_factor": PLAIN,
+            "seeds_factor": PLAIN,
+            "convergence": {"seeds": 2, "most_seeds": 2},
+        },
     },
 }
 COPIES = ("harness", "haste_cuda", "reference")
