@@ -81,13 +81,10 @@ class ModelJob:
     scene_path: Path
     settings: RenderSettings
 
-    def run(self, shares: Sequence[Share]) -> dict[str, Loaded]:
+    def run(self, shares: Sequence[Share]) -> None:
         """Load, warm up, and render, the tracers in turn.
 
-        Returns
-        -------
-        dict
-            By tracer, what loading took; tracers with nothing left to do are not loaded.
+        Tracers with nothing left to do are not loaded.
         """
         loaded: dict[str, Loaded] = {}
         for share in shares:
@@ -97,6 +94,7 @@ class ModelJob:
             self.progress.say(f"{self.settings.model} {tracer} loads and warms up")
             answer = self.crew.load(tracer, self.scene_path, self.settings)
             if answer is not None:
+                self.book.add_hashes(answer)
                 warm = self._warm_up(share)
                 loaded[tracer] = replace(answer, times={**answer.times, **warm})
         at_work = [share for share in shares if share.subject.tracer in loaded]
@@ -105,7 +103,6 @@ class ModelJob:
         self._take_images([share.convergence for share in at_work], "convergence")
         self._take_times([share.packets for share in at_work], loaded, at_work)
         self._take_times([share.engines for share in at_work], loaded, at_work)
-        return loaded
 
     def _takes_part(self, subject: Subject) -> bool:
         return self.crew.takes_part(subject.tracer, subject.model)

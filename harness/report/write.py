@@ -11,10 +11,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from harness.answers import judge_answers
-from harness.gate import judge, settings_of
+from harness.bounds import settings_of
+from harness.gate import judge
 from harness.report.agreement_figure import plot_agreement
 from harness.report.answers_figure import plot_answers
 from harness.report.answers_table import answers_table
+from harness.report.budget_table import budget_table, crossover_table
 from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
@@ -50,6 +52,7 @@ from harness.tables.lookup import read_measurements
 from harness.tables.rays import RATIOS_TO, read_ray_jobs
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.write import merge_provenance
+from harness.whole_files import write_whole, written_whole
 
 HERE = Path(__file__).resolve().parent
 CAPTIONS = HERE.parent / "captions"
@@ -101,11 +104,10 @@ def _detail(job: SceneJob) -> str:
 
 
 def _write_csv(folder: Path, tables: list[Table | None]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
     for table in tables:
         if table is not None:
-            path = folder / f"{table.name}.csv"
-            table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
+            with written_whole(folder / f"{table.name}.csv") as (path,):
+                table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
 
 
 def write_report(results_dir: Path) -> Path:
@@ -186,6 +188,8 @@ def write_report(results_dir: Path) -> Path:
         "ray_ratios": ratio_table(ray_rows),
         "ray_hierarchies": hierarchy_table(ray_rows),
         "rays_skipped": missing_table(ray_rows),
+        "budget": budget_table(measurements, pictured),
+        "crossover": crossover_table(measurements, pictured),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -226,5 +230,5 @@ def write_report(results_dir: Path) -> Path:
         **tables,
     )
     path = results_dir / "report.html"
-    path.write_text(page)
+    write_whole(path, page)
     return path

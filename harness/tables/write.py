@@ -22,6 +22,8 @@ from harness.tables.times import (
     record_ratios,
     record_times,
 )
+from harness.tables.trade import record_trade
+from harness.whole_files import written_whole
 
 
 def tile_size(job: SceneJob) -> int:
@@ -37,6 +39,7 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
     record_times(recorder, job, times)
     record_ratios(recorder, job, times)
     timed = headline(times)
+    record_trade(recorder, job, timed)
     for model in job.models:
         for absence in job.absent(model):
             recorder.measure(
@@ -93,6 +96,7 @@ def merge_provenance(jobs: list[SceneJob], ray_jobs: Sequence[RayJob] = ()) -> d
 def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     """Write samples.parquet, measurements.csv and provenance.json; returns their paths.
 
+    All three are written, whole, or none is.
     Raises ResultsError for missing or damaged files, SchemaError for a name that the closed lists
     do not know.
     """
@@ -109,8 +113,9 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
         results_dir / "measurements.csv",
         results_dir / "provenance.json",
     )
-    samples.to_parquet(paths[0], index=False)
-    measurements.to_csv(paths[1], index=False, float_format="%.9g", lineterminator="\n")
     text = json.dumps(merge_provenance(jobs, ray_jobs), indent=1, sort_keys=True)
-    paths[2].write_text(text + "\n")
+    with written_whole(*paths) as temporaries:
+        samples.to_parquet(temporaries[0], index=False)
+        measurements.to_csv(temporaries[1], index=False, float_format="%.9g", lineterminator="\n")
+        temporaries[2].write_text(text + "\n")
     return paths

@@ -88,6 +88,7 @@ def test_every_figure_is_a_file_and_every_table_a_csv(report: Path):
     assert figures == expected
     tables = {path.name for path in (report.parent / "tables").iterdir()}
     names = ("verdicts", "skipped", "speed", "errors", "packets", "engines", "times")
+    names += ("budget", "crossover")
     assert tables == {f"{name}.csv" for name in names}
 
 

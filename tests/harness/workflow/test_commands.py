@@ -12,6 +12,7 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 def test_every_step_is_a_command():
     wanted = {"truth", "measure", "rays", "tables", "report", "check", "features", "available"}
+    wanted |= {"baseline", "compare"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 
