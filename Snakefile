@@ -13,6 +13,7 @@ include: "harness/rules/scenes.smk"
 include: "harness/rules/features.smk"
 include: "harness/rules/truth.smk"
 include: "harness/rules/measure.smk"
+include: "harness/rules/study.smk"
 include: "harness/rules/tables.smk"
 include: "harness/rules/report.smk"
 

@@ -35,6 +35,15 @@ def _measure(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _study(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.study import study_scene
+
+    for scene, model in config.study_panels:
+        if scene in (options.scene or [scene]) and model in (options.model or [model]):
+            study_scene(config, scene, model, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -122,6 +131,7 @@ def _available(config: Config, options: argparse.Namespace) -> int:
 COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
+    "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
@@ -156,7 +166,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "features", "generate", "thumbnails"}:
+        if name in {"truth", "measure", "study", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -167,7 +177,11 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"truth", "measure", "available", "thumbnails"}:
+        if name == "study":
+            command.add_argument(
+                "--model", action="append", metavar="NAME", help="this model only; may be repeated"
+            )
+        if name in {"truth", "measure", "study", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,

@@ -18,7 +18,7 @@ from haste_cuda._core import (
     render_cpu,
     trace_cpu,
 )
-from haste_cuda.gpu import cuda_unavailable, device_info, render_cuda, trace_cuda
+from haste_cuda.gpu import copy_rates, cuda_unavailable, device_info, render_cuda, trace_cuda
 
 __all__ = [
     "Camera",
@@ -30,6 +30,7 @@ __all__ = [
     "Settings",
     "Shape",
     "build_info",
+    "copy_rates",
     "cuda_unavailable",
     "device_info",
     "render_cpu",

@@ -10,7 +10,12 @@ from snakemake.exceptions import WorkflowError
 sys.path.insert(0, workflow.basedir)
 
 from harness.measure.config import ConfigError, check_config
-from harness.measure.inputs import package_sources, scene_files, tracing_sources
+from harness.measure.inputs import (
+    package_sources,
+    scene_files,
+    study_files,
+    tracing_sources,
+)
 from harness.preflight import check_run
 from harness.scene import SceneError
 
@@ -23,6 +28,7 @@ except (ConfigError, SceneError) as error:
 RESULTS = SETTINGS["results_dir"].rstrip("/")
 SCENES = list(SETTINGS.scenes)
 SCENE_FILES = scene_files(SETTINGS)
+STUDY_FILES = study_files(SETTINGS)
 PYTHON = sys.executable
 
 

@@ -5,6 +5,10 @@ rule tables:
     input:
         truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
+        studies=[
+            f"{RESULTS}/study/{scene}/{model}/studied.json"
+            for scene, model in SETTINGS.study_panels
+        ],
         settings=f"{RESULTS}/settings.json",
         sources=package_sources(
             "harness/statistics", "harness/tables", "harness/schemas"

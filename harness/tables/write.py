@@ -13,6 +13,7 @@ from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
+from harness.tables.study import read_study, record_study
 from harness.tables.times import (
     group_times,
     headline,
@@ -91,6 +92,8 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     recorder = Recorder()
     for job in jobs:
         record_job(recorder, job)
+    for study in read_study(results_dir):
+        record_study(recorder, study)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",
