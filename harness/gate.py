@@ -38,6 +38,7 @@ from harness.statistics.tiles import (
 )
 from harness.tables.eye_rays import eye_rays_of
 from harness.tables.read import ImageSet, ResultsError, SceneJob, read_jobs
+from harness.tables.study import read_study
 
 VISIBLE = 0.10
 """Relative error of the median tile that the tile test must be able to see.
@@ -269,6 +270,7 @@ def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
     """
     try:
         jobs = read_jobs(results_dir)
+        rendered = [*jobs, *read_study(results_dir)]
         settings = settings_of(jobs) if gate is None else GateSettings(**gate)
         judgements, absent = judge(jobs, settings)
         answers = judge_answers(jobs)
@@ -300,12 +302,12 @@ def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
         print(row.describe())
     for line in describe_slopes(slopes):
         print(line)
-    for line in describe_films(jobs):
+    for line in describe_films(rendered):
         print(line)
     return worst_code(
         1 if missing else exit_code(judgements),
         exit_code_of(row.verdict for row in answers),
         0 if all(row.passed for row in eye_rays) else 1,
         exit_code_of(row.verdict for row in slopes),
-        films_exit_code(jobs),
+        films_exit_code(rendered),
     )

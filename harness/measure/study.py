@@ -4,7 +4,9 @@ A render is one row of a file, which is written whole after each of them. A job 
 goes on with the rows that are missing.
 """
 
+import math
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -134,11 +136,32 @@ class _Job:
             "energy": self.energy_reason,
             "absent": list(absent),
             "copies": _copy_rates(),
+            "films": self._films(),
         }
         write_json(self.folder / "scene.json", about)
         write_json(
             self.folder / "provenance.json", provenance(self.config, self.scene, self.crew.threads)
         )
+
+    def _films(self) -> list[Row]:
+        """Compare the films of all renders of one image, over engines and launches."""
+        groups: dict[tuple[str, int, int], list[Row]] = defaultdict(list)
+        for row in (*self.rows.rows, *self.work.rows):
+            if row.get("film_sha256") is not None:
+                groups[row["tracer"], row["width"], row["spp"]].append(row)
+        return [
+            {
+                "tracer": tracer,
+                "model": self.model,
+                "seed": SEED,
+                "width": width,
+                "spp": spp,
+                "renders": len(rows),
+                "different_films": len({row["film_sha256"] for row in rows}),
+                "engines": sorted({row["engine"] for row in rows}),
+            }
+            for (tracer, width, spp), rows in groups.items()
+        ]
 
     def run(self, tracers: Sequence[str]) -> None:
         """Render what an earlier run has not completed, tracer by tracer."""
@@ -241,7 +264,7 @@ class _Job:
         found: Row = {}
         if result.spans:
             work = asdict(summarise_work(result.spans))
-            found = {name: value for name, value in work.items() if value == value}
+            found = {name: value for name, value in work.items() if math.isfinite(value)}
             if one.case.get("packet") == self.settings["timeline_packet"]:
                 middle = max(0, (len(result.spans) - SHOWN_SPANS) // 2)
                 shown = result.spans[middle : middle + SHOWN_SPANS]

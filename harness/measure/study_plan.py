@@ -45,7 +45,9 @@ class StudyRender:
 
     def key(self, subject: str) -> str:
         """Equal for renders of the same row."""
-        return key_of({"subject": subject, "request": asdict(self.request), "width": self.width})
+        request = asdict(self.request)
+        parts = {"subject": subject, "request": request, "case": self.case, "width": self.width}
+        return key_of(parts)
 
 
 @dataclass(frozen=True, slots=True)

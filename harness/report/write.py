@@ -19,6 +19,17 @@ from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
 from harness.report.ladder import find_rungs, ladder_table, plot_ladder
+from harness.report.study import (
+    compared_sizes,
+    find_variants,
+    law_table,
+    memory_table,
+    panels_of,
+    price_table,
+    timelines,
+    work_table,
+)
+from harness.report.study_figures import plot_ladder_bars, plot_throughput, plot_timeline
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -39,6 +50,7 @@ from harness.report.tables import (
 )
 from harness.tables.lookup import read_measurements
 from harness.tables.read import SceneJob, read_jobs
+from harness.tables.study import read_study
 from harness.tables.write import merge_provenance
 
 HERE = Path(__file__).resolve().parent
@@ -144,6 +156,37 @@ def write_report(results_dir: Path) -> Path:
         for job in jobs
     ]
     rungs = find_rungs(measurements, jobs)
+    studies = read_study(results_dir)
+    variants, sizes = find_variants(measurements), compared_sizes(studies)
+    study_figures = [
+        figures.add(
+            f"study-ladder-{tracer}",
+            plot_ladder_bars(measurements, variants, tracer),
+            f"The ladder, {tracer}",
+            captions["study_ladder"],
+        )
+        for tracer in dict.fromkeys(one.tracer for one in variants)
+    ]
+    study_figures += [
+        figures.add(
+            f"study-{scene}-{model}-{tracer}",
+            plot_throughput(measurements, variants, (scene, model), tracer),
+            f"{scene}, {model}, {tracer}",
+            captions["study_throughput"],
+        )
+        for scene, model in panels_of(variants)
+        for tracer in dict.fromkeys(one.tracer for one in variants)
+    ]
+    study_figures += [
+        figures.add(
+            f"study-timeline-{job.name}-{job.model}",
+            plot_timeline(timelines(job), f"{job.name}, {job.model}"),
+            f"Copies and kernels, {job.name}, {job.model}",
+            captions["study_timeline"],
+        )
+        for job in studies
+        if job.model in job.provenance["config"]["study"]["panels"].get(job.name, [])
+    ]
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent, jobs),
@@ -154,6 +197,10 @@ def write_report(results_dir: Path) -> Path:
         "engines": ladder_table(rungs),
         "times": times_table(measurements, jobs),
         "eye_rays": eye_rays_table(jobs),
+        "launch_laws": law_table(measurements, variants),
+        "launch_work": work_table(measurements, variants, sizes),
+        "queue_memory": memory_table(measurements),
+        "prices": price_table(measurements, sizes),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -184,6 +231,7 @@ def write_report(results_dir: Path) -> Path:
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
         ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
+        study_figures=[figure for figure in study_figures if figure],
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),
         commands=reproduce(provenance, jobs),

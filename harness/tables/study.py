@@ -62,9 +62,7 @@ class Launches:
     @property
     def variant(self) -> tuple[tuple[str, object], ...]:
         """What is not the size of a launch."""
-        return tuple(
-            sorted((k, v) for k, v in self.case.items() if k not in {"packet", "samples"})
-        )
+        return tuple(sorted((k, v) for k, v in self.case.items() if k not in {"packet", "samples"}))
 
 
 @dataclass(frozen=True, slots=True)

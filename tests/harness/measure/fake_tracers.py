@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -128,4 +128,15 @@ class KillsItsParent(SteadyA):
         if seed == 2 and os.environ.get("FAKE_KILL"):
             os.kill(os.getppid(), signal.SIGKILL)
             time.sleep(0.5)
+        return super().render(seed, spp, **rest)
+
+
+class FailsAtLargePackets(Packets):
+    """Has no room for packets of 64 rays."""
+
+    name: ClassVar[str] = "failing"
+
+    def render(self, seed: int, spp: int, **rest: Any) -> RenderResult:
+        if rest.get("options", {}).get("packet") == 64:
+            raise MemoryError("no room for 64 rays")
         return super().render(seed, spp, **rest)

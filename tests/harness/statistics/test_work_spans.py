@@ -20,7 +20,9 @@ def test_one_thing_at_a_time_overlaps_nowhere():
 
 
 def test_copies_behind_a_kernel_are_hidden():
-    assert summarise_work(spans(("trace", 0, 10), ("upload", 2, 4), ("download", 5, 6))).overlap == 1
+    assert (
+        summarise_work(spans(("trace", 0, 10), ("upload", 2, 4), ("download", 5, 6))).overlap == 1
+    )
 
 
 def test_a_copy_is_hidden_as_far_as_kernels_reach():
