@@ -90,6 +90,8 @@ def study_scene(config: Config, name: str, model: str, threads: int) -> Path:
     tracers = config["study"]["tracers"]
     with Crew(tracers, threads, config["timeout_seconds"]) as crew:
         job = _Job(config, crew, Progress(f"{name} {model}"), name, model, folder)
+        # A job that is interrupted has said by then what its rows are of.
+        job.describe()
         job.run(tracers)
         absent = crew.rows
     job.describe(absent)
@@ -114,6 +116,8 @@ class _Job:
         self.scene: Scene = load_scene(self.path, recentre=self.scene_settings.recentre)
         self.rows, self.work = (_Book.open(folder / file) for file in (ROWS, WORK))
         self.energy_reason = ""
+        # While the tracers are idle.
+        self.copies = _copy_rates()
 
     def _render_settings(self, width: int) -> RenderSettings:
         return replace(
@@ -122,8 +126,8 @@ class _Job:
             ambient_samples=self.settings["ambient_samples"],
         )
 
-    def describe(self, absent: Sequence[Row]) -> None:
-        """Write what was studied, where, and what the machine's copies reach."""
+    def describe(self, absent: Sequence[Row] = ()) -> None:
+        """Write what is studied, where, and what the machine's copies reach."""
         about = {
             "name": self.name,
             "model": self.model,
@@ -135,7 +139,7 @@ class _Job:
             "clocks": read_clocks(),
             "energy": self.energy_reason,
             "absent": list(absent),
-            "copies": _copy_rates(),
+            "copies": self.copies,
             "films": self._films(),
         }
         write_json(self.folder / "scene.json", about)
