@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -90,9 +91,10 @@ class Measurements:
 
 
 def read_measurements(path: Path) -> Measurements:
-    """Read measurements.csv; raises ResultsError if it cannot be read."""
+    """Read measurements.csv, compressed or not; raises ResultsError if it cannot be read."""
     try:
-        text = path.read_text()
+        content = path.read_bytes()
+        text = (gzip.decompress(content) if path.suffix == ".gz" else content).decode()
     except OSError as error:
         raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
 

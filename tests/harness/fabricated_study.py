@@ -35,7 +35,7 @@ STUDY = {
     "light_samples": 4,
     "ambient_samples": 4,
     "width": 256,
-    "launches": 4,
+    "launches": 8,
     "least_rays": 262144,
     "repeats": 3,
     "price_repeats": 6,

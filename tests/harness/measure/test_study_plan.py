@@ -28,9 +28,9 @@ def test_every_packet_size_has_rays_for_several_full_launches(rays: float):
         if one.engine in QUEUES and one.repeats:
             found = one.samples * rays
             packet = int(str(one.case["packet"]))
-            assert found >= 4 * packet, f"{one}: {found} rays"
+            assert found >= 8 * packet, f"{one}: {found} rays"
             # No more than that, or than one sample a pixel: small packets are many launches.
-            assert found <= max(4 * packet, 262144) + rays * one.width**2, f"{one}: {found} rays"
+            assert found <= max(8 * packet, 262144) + rays * one.width**2, f"{one}: {found} rays"
 
 
 def test_a_launch_without_packets_is_an_image_of_so_many_samples():
