@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from harness.report import numbers
 from harness.report.figures import power_of_two, powers_of_two
-from harness.report.study import WORDS, Panel, Variant
+from harness.report.study import WORDS, Panel, Variant, panels_of
 from harness.report.style import FAINT, INK, figure_style, make_panels
 from harness.report.tables import find_knee
 from harness.statistics.intervals import Interval
@@ -209,21 +209,21 @@ def plot_ladder_bars(
 ) -> Figure | None:
     """The engines as bars, each at its best size, with its gain over the rung before."""
     ladders: dict[Panel, list[tuple[str, str, Interval]]] = {}
+    own = [one for one in variants if one.tracer == tracer]
     for engine, allocation in LADDER:
-        for panel in dict.fromkeys(one.panel for one in variants):
+        for panel in panels_of(own):
             rates = [
-                rate
-                for one in variants
-                if one.panel == panel
-                and one.tracer == tracer
-                and one.engine == engine
-                and (not allocation or one.allocation in {allocation, ""})
-                and not (allocation == "per_packet" and not one.allocation)
+                (one, rate)
+                for one in own
+                if (one.panel, one.engine) == (panel, engine)
+                # Without a device there is nothing to allocate: one rung.
+                and one.allocation
+                in ({allocation} if allocation == "per_packet" else {allocation, ""})
                 for rate in one.rates(measurements).values()
             ]
             if rates:
-                best = max(rates, key=lambda rate: rate.value)
-                label = ", ".join(filter(None, (engine, WORDS.get(allocation, ""))))
+                one, best = max(rates, key=lambda found: found[1].value)
+                label = ", ".join(filter(None, (engine, WORDS.get(one.allocation, ""))))
                 ladders.setdefault(panel, []).append((engine, label, best))
     if not ladders:
         return None
@@ -232,6 +232,7 @@ def plot_ladder_bars(
         figure, all_axes = make_panels(-(-len(ladders) // 2), 2, 0.9 + 0.27 * len(labels))
         for axes, (panel, rungs) in zip(all_axes, ladders.items(), strict=False):
             before = None
+            end = 1.3 * max(rate.value * 1e-6 for _, _, rate in rungs)
             for engine, label, rate in rungs:
                 row = labels.index(label)
                 mega = rate.scaled(1e-6)
@@ -240,9 +241,13 @@ def plot_ladder_bars(
                     axes.hlines(row, mega.lower, mega.upper, color=INK, lw=1.2)
                 gain = "" if before is None else f", × {numbers.significant(rate.value / before)}"
                 text = f" {numbers.significant(mega.value)}{gain}"
-                axes.annotate(text, (mega.value, row), va="center", fontsize=7.5)
+                # Beyond the interval, as long as there is room.
+                place = (
+                    max(mega.value, min(mega.upper, 0.75 * end)) if mega.upper > 0 else mega.value
+                )
+                axes.annotate(text, (place, row), va="center", fontsize=7.5)
                 before = rate.value
-            axes.set_xlim(0.0, 1.3 * max(rate.value * 1e-6 for _, _, rate in rungs))
+            axes.set_xlim(0.0, end)
             axes.set_ylim(len(labels) - 0.4, -0.6)
             axes.set_yticks(range(len(labels)), labels)
             axes.grid(visible=False, axis="y")
