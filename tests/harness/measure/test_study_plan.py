@@ -1,13 +1,22 @@
 """What the study of packets renders: enough rays for its launches, each case once."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from harness.measure.config import DEFAULT_PRESET, ROOT, load_config
+from harness.measure.config import (
+    DEFAULT_PRESET,
+    ROOT,
+    ConfigError,
+    check_config,
+    load_config,
+)
 from harness.measure.study_plan import QUEUES, StudyPlan, StudyRender
+from harness.preflight import check_run
+from harness.scene import load_settings
 
 GPU = ("depth_first", "packets", "streams", "layers", "wavefront", "persistent")
 PROCESSOR = ("depth_first", "packets", "layers")
@@ -101,6 +110,21 @@ def test_presets_sweep_three_scenes_in_every_power_of_two(preset: str):
     children = 2 + config["study"]["ambient_samples"]
     assert config["study"]["queue_bytes"] >= 2 * children * max(SIZES) * 64
     assert math.log2(config["study"]["width"]).is_integer()
+
+
+@pytest.mark.parametrize("preset", ["full", "gpu"])
+def test_every_studied_scene_is_for_its_model(preset: str):
+    config = load_config(ROOT / "config" / f"{preset}.yaml")
+    for name, model in config.study_panels:
+        assert model in load_settings(config.study_scenes[name]).models, (name, model)
+
+
+def test_a_study_in_a_model_that_a_scene_is_not_for_is_refused(tmp_path: Path):
+    values = load_config().values
+    values["study"]["panels"] = {"balls": ["haste"]}
+    values["results_dir"] = str(tmp_path)
+    with pytest.raises(ConfigError, match="study: balls is a scene for path, not for haste"):
+        check_run(check_config(values))
 
 
 def test_the_quick_run_has_no_study():
