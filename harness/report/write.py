@@ -19,17 +19,9 @@ from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
 from harness.report.ladder import find_rungs, ladder_table, plot_ladder
-from harness.report.study import (
-    compared_sizes,
-    find_variants,
-    law_table,
-    memory_table,
-    panels_of,
-    price_table,
-    timelines,
-    work_table,
-)
+from harness.report.study import compared_sizes, find_variants, panels_of, timelines
 from harness.report.study_figures import plot_ladder_bars, plot_throughput, plot_timeline
+from harness.report.study_tables import law_table, memory_table, price_table, work_table
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,

@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 from fabricated_study import LAWS
 
-from harness.report.study import find_variants, smallest_reaching
+from harness.report.study import find_variants
 from harness.report.study_figures import bounds_of, plot_timeline
+from harness.report.study_tables import smallest_reaching
 from harness.report.write import write_report
 from harness.statistics.intervals import Interval
 from harness.tables import write_tables
