@@ -64,13 +64,6 @@ def _check(config: Config, options: argparse.Namespace) -> int:
     return check(options.results or config.results_dir, config["gate"])
 
 
-def _compare(config: Config, options: argparse.Namespace) -> int:
-    del config
-    from harness.compare import compare_runs
-
-    return compare_runs(*options.runs)
-
-
 def _features(config: Config, options: argparse.Namespace) -> int:
     from harness.describe import describe_scene, format_description
     from harness.scene import SceneError
@@ -142,7 +135,6 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
-    "compare": (_compare, "say which ratios of two runs on like machines agree; 0 if all do"),
     "features": (_features, "print what scenes require, and what of it is missing; 0 if nothing"),
     "generate": (_generate, "make the files of scenes that are not committed"),
     "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
@@ -184,10 +176,6 @@ def _parser() -> argparse.ArgumentParser:
                 type=Path,
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
-            )
-        if name == "compare":
-            command.add_argument(
-                "runs", nargs=2, type=Path, metavar="FILE", help="measurements.csv of a run"
             )
         if name == "study":
             command.add_argument(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import gzip
 import io
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -91,10 +90,9 @@ class Measurements:
 
 
 def read_measurements(path: Path) -> Measurements:
-    """Read measurements.csv, compressed or not; raises ResultsError if it cannot be read."""
+    """Read measurements.csv; raises ResultsError if it cannot be read."""
     try:
-        content = path.read_bytes()
-        text = (gzip.decompress(content) if path.suffix == ".gz" else content).decode()
+        text = path.read_text()
     except OSError as error:
         raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
 

@@ -12,7 +12,7 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 def test_every_step_is_a_command():
     wanted = {"truth", "measure", "tables", "report", "check", "features", "available"}
-    assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet", "study", "compare"}
+    assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet", "study"}
 
 
 def test_a_bad_setting_is_one_line_and_exit_code_one(
