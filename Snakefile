@@ -14,6 +14,7 @@ include: "harness/rules/features.smk"
 include: "harness/rules/truth.smk"
 include: "harness/rules/measure.smk"
 include: "harness/rules/rays.smk"
+include: "harness/rules/study.smk"
 include: "harness/rules/tables.smk"
 include: "harness/rules/report.smk"
 

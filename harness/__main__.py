@@ -44,6 +44,15 @@ def _rays(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _study(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.study import study_scene
+
+    for scene, model in config.study_panels:
+        if scene in (options.scene or [scene]) and model in (options.model or [model]):
+            study_scene(config, scene, model, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -161,6 +170,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
+    "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
@@ -197,7 +207,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "rays", "features", "generate", "thumbnails"}:
+        if name in {"truth", "measure", "rays", "study", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -227,7 +237,11 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FILE",
                 help="write the report here (default: comparison.md in AFTER)",
             )
-        if name in {"truth", "measure", "rays", "available", "thumbnails"}:
+        if name == "study":
+            command.add_argument(
+                "--model", action="append", metavar="NAME", help="this model only; may be repeated"
+            )
+        if name in {"truth", "measure", "rays", "study", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,

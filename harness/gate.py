@@ -30,6 +30,7 @@ from harness.statistics.metrics import Defects, Truth, count_defects
 from harness.statistics.tiles import TileTest
 from harness.tables.eye_rays import eye_rays_of
 from harness.tables.read import ImageSet, ResultsError, SceneJob, read_jobs
+from harness.tables.study import read_study
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,6 +247,7 @@ def check(
     """
     try:
         jobs = read_jobs(results_dir)
+        rendered = [*jobs, *read_study(results_dir)]
         settings = settings_of(jobs) if gate is None else GateSettings(**gate)
         judgements, absent = judge(jobs, settings)
         answers = judge_answers(jobs)
@@ -278,7 +280,7 @@ def check(
         print(row.describe())
     for line in describe_slopes(slopes):
         print(line)
-    for line in describe_films(jobs):
+    for line in describe_films(rendered):
         print(line)
     for line in describe_changes(changes) if baseline else []:
         print(line)
@@ -287,7 +289,7 @@ def check(
         exit_code_of(row.verdict for row in answers),
         0 if all(row.passed for row in eye_rays) else 1,
         exit_code_of(row.verdict for row in slopes),
-        films_exit_code(jobs),
+        films_exit_code(rendered),
         exit_code_of(
             row.verdict
             for row in changes

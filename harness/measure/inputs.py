@@ -115,6 +115,11 @@ def ray_scene_files(config: Config) -> dict[str, list[str]]:
     return {name: files_of_scene(path) for name, path in config.ray_scenes.items()}
 
 
+def study_files(config: Config) -> dict[str, list[str]]:
+    """List the files of each scene of the study of packets, see `scene_files`."""
+    return {name: files_of_scene(path) for name, path in config.study_scenes.items()}
+
+
 def files_of_scene(path: Path) -> list[str]:
     """List the files of one scene, see `scene_files`."""
     parts = path.rglob("*") if path.is_dir() else [path]

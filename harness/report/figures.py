@@ -50,7 +50,8 @@ def _error_bars(
     axes.plot(x, value, color=colour_of(tracer), marker=marker_of(tracer), mfc="white", **style)
 
 
-def _powers_of_two(axes: Axes, values: Iterable[int], every: int = 1) -> None:
+def powers_of_two(axes: Axes, values: Iterable[int], every: int = 1) -> None:
+    """Make the horizontal axis logarithmic, with ticks at every so many of the values."""
     ticks = sorted(set(values))[::every]
     axes.set_xscale("log", base=2)
     axes.xaxis.set_major_locator(FixedLocator(ticks))
@@ -94,7 +95,7 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
                 axes.axhline(noise.value, color=FAINT, ls=":", lw=1.2, zorder=0)
             axes.set_yscale("log")
             axes.yaxis.set_minor_locator(NullLocator())
-            _powers_of_two(axes, counts)
+            powers_of_two(axes, counts)
             _write_slopes(axes, slopes)
             axes.set_title(model)
             axes.set_xlabel("samples a pixel")
@@ -214,8 +215,8 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
                     place = (knee, 1e-6 * found[knee].value)
                     axes.plot(*place, color=colour_of(tracer), marker=marker_of(tracer), ms=6.5)
                 top = max(top, _reference(axes, measurements, panel, tracer))
-            _powers_of_two(axes, sizes, max(1, len(sizes) // 4))
-            axes.xaxis.set_major_formatter(FuncFormatter(_power_of_two))
+            powers_of_two(axes, sizes, max(1, len(sizes) // 4))
+            axes.xaxis.set_major_formatter(FuncFormatter(power_of_two))
             # Intervals of a few repeats may be huge; the values must stay readable.
             axes.set_ylim(0.0, 1.25 * top)
             axes.set_title(f"{panel[0]}, {panel[1]}")
@@ -233,7 +234,8 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
     return figure
 
 
-def _power_of_two(value: float, _: object) -> str:
+def power_of_two(value: float, _: object) -> str:
+    """Text of an axis whose ticks are powers of two, with binary prefixes."""
     exponent = int(np.round(np.log2(value)))
     if exponent < 10:
         return str(2**exponent)

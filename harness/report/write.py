@@ -30,6 +30,9 @@ from harness.report.rays import (
     ray_table,
 )
 from harness.report.rays_figures import plot_ray_ratios, plot_ray_tests
+from harness.report.study import compared_sizes, find_variants, panels_of, timelines
+from harness.report.study_figures import plot_ladder_bars, plot_throughput, plot_timeline
+from harness.report.study_tables import law_table, memory_table, price_table, work_table
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -51,6 +54,7 @@ from harness.report.tables import (
 from harness.tables.lookup import read_measurements
 from harness.tables.rays import RATIOS_TO, read_ray_jobs
 from harness.tables.read import SceneJob, read_jobs
+from harness.tables.study import read_study
 from harness.tables.write import merge_provenance
 from harness.whole_files import write_whole, written_whole
 
@@ -168,12 +172,43 @@ def write_report(results_dir: Path) -> Path:
         )
         for other in RATIOS_TO
     ]
-    sizes = {job.name: job.primitives for job in ray_jobs}
+    primitives = {job.name: job.primitives for job in ray_jobs}
     ray_figures.append(
         figures.add(
-            "ray-tests", plot_ray_tests(ray_rows, sizes), "Tests a ray", captions["ray_tests"]
+            "ray-tests", plot_ray_tests(ray_rows, primitives), "Tests a ray", captions["ray_tests"]
         )
     )
+    studies = read_study(results_dir)
+    variants, sizes = find_variants(measurements), compared_sizes(studies)
+    study_figures = [
+        figures.add(
+            f"study-ladder-{tracer}",
+            plot_ladder_bars(measurements, variants, tracer),
+            f"The ladder, {tracer}",
+            captions["study_ladder"],
+        )
+        for tracer in dict.fromkeys(one.tracer for one in variants)
+    ]
+    study_figures += [
+        figures.add(
+            f"study-{scene}-{model}-{tracer}",
+            plot_throughput(measurements, variants, (scene, model), tracer),
+            f"{scene}, {model}, {tracer}",
+            captions["study_throughput"],
+        )
+        for scene, model in panels_of(variants)
+        for tracer in dict.fromkeys(one.tracer for one in variants)
+    ]
+    study_figures += [
+        figures.add(
+            f"study-timeline-{job.name}-{job.model}",
+            plot_timeline(timelines(job), f"{job.name}, {job.model}"),
+            f"Copies and kernels, {job.name}, {job.model}",
+            captions["study_timeline"],
+        )
+        for job in studies
+        if job.model in job.provenance["config"]["study"]["panels"].get(job.name, [])
+    ]
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent, jobs),
@@ -190,6 +225,10 @@ def write_report(results_dir: Path) -> Path:
         "rays_skipped": missing_table(ray_rows),
         "budget": budget_table(measurements, pictured),
         "crossover": crossover_table(measurements, pictured),
+        "launch_laws": law_table(measurements, variants),
+        "launch_work": work_table(measurements, variants, sizes),
+        "queue_memory": memory_table(measurements),
+        "prices": price_table(measurements, sizes),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -222,6 +261,7 @@ def write_report(results_dir: Path) -> Path:
         planes=[figure for figure in planes if figure],
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
+        study_figures=[figure for figure in study_figures if figure],
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),
         commands=reproduce(provenance, jobs),

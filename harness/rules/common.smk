@@ -17,6 +17,7 @@ from harness.measure.inputs import (
     package_sources,
     ray_scene_files,
     scene_files,
+    study_files,
     tracing_sources,
 )
 from harness.preflight import check_run
@@ -33,6 +34,7 @@ RUNS = join_runs(Path(".snakemake"))
 RESULTS = SETTINGS["results_dir"].rstrip("/")
 SCENES = list(SETTINGS.scenes)
 SCENE_FILES = scene_files(SETTINGS)
+STUDY_FILES = study_files(SETTINGS)
 PYTHON = sys.executable
 
 

@@ -6,6 +6,10 @@ rule tables:
         truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
         rays=expand(f"{RESULTS}/rays/{{scene}}/replayed.json", scene=RAY_FILES),
+        studies=[
+            f"{RESULTS}/study/{scene}/{model}/studied.json"
+            for scene, model in SETTINGS.study_panels
+        ],
         settings=f"{RESULTS}/settings.json",
         sources=module_sources("harness.tables.write"),
         schemas=package_sources("harness/schemas"),

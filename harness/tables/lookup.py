@@ -79,7 +79,7 @@ class Measurements:
         model: str,
         tracer: str,
         engine: str = "depth_first",
-        **fixed: str,
+        **fixed: str | int,
     ) -> dict[int, Interval]:
         """A quantity by the value of one key, in rising order; other keys must equal `fixed`."""
         found = {}

@@ -231,6 +231,17 @@ def scene_names(scenes: str | Sequence[str]) -> list[str]:
     return [path.stem if path.suffix == ".xml" else path.name for path in folders]
 
 
+def scenes_of_study(results_dir: Path) -> list[tuple[str, str]]:
+    """Scene and model of each study of packets that the settings.json of a folder names."""
+    settings = results_dir / "settings.json"
+    study = read_json(settings).get("study", {}) if settings.exists() else {}
+    elsewhere = study.get("elsewhere", {})
+    panels = [*study.get("panels", {}).items()]
+    panels += [(name, elsewhere["models"]) for name in elsewhere.get("scenes", [])]
+    found = [(_names([name])[0], model) for name, models in panels for model in models]
+    return list(dict.fromkeys(found))
+
+
 def read_jobs(results_dir: Path) -> list[SceneJob]:
     """Read the scene jobs of a run; raises ResultsError if there is none, or not one for each scene
     of its settings.

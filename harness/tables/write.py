@@ -15,6 +15,7 @@ from harness.tables.images import record_convergence, record_seeds, record_truth
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
+from harness.tables.study import read_study, record_study
 from harness.tables.times import (
     group_times,
     headline,
@@ -107,6 +108,8 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     ray_jobs = read_ray_jobs(results_dir)
     for ray_job in ray_jobs:
         record_rays(recorder, ray_job)
+    for study in read_study(results_dir):
+        record_study(recorder, study)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",

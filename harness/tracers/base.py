@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.scene import RenderSettings
+from harness.statistics.work_spans import WorkSpan
 from harness.tracers.rays import RayHits, Rays, Structure, Way, make_rays
 
 NO_OPTIONS: Mapping[str, object] = MappingProxyType({})
@@ -51,6 +52,8 @@ class RenderResult:
         Hash of the film's integers, where the tracer promises them bit for bit.
     extras
         Further numbers, named with their units (``peak_queue_bytes``).
+    spans
+        What the time went into, where the option ``record_spans`` asks for it.
     """
 
     image: NDArray[np.float64]
@@ -58,6 +61,7 @@ class RenderResult:
     rays: RayCounts | None = None
     film_sha256: str | None = None
     extras: dict[str, float] = field(default_factory=dict)
+    spans: tuple[WorkSpan, ...] = ()
 
 
 class Tracer(ABC):

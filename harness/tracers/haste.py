@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from harness.scene import RenderSettings, Scene, SceneError, check_model, load_scene, load_settings
+from harness.statistics.work_spans import WorkSpan
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
 from harness.tracers.extension import replay, structure_of, traversals
 from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
@@ -176,13 +177,14 @@ class _HasteTracer(Tracer):
                 ambient=int(answer["ambient"]),
                 bounce=int(answer["bounce"]),
             )
-        names = ("peak_queue_bytes", "non_finite")
+        names = ("peak_queue_bytes", "non_finite", "launches", "bytes_moved")
         return RenderResult(
             image=answer["film"],
             seconds=float(answer["seconds"]),
             rays=rays,
             film_sha256=answer["film_sha256"],
             extras={name: float(answer[name]) for name in names if name in answer},
+            spans=tuple(WorkSpan(*span) for span in answer.get("spans", ())),
         )
 
     @classmethod

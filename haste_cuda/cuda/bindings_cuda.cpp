@@ -11,6 +11,7 @@
 #include "accel/sha256.h"
 #include "cuda/availability.h"
 #include "cuda/check.h"
+#include "cuda/copy_rates.h"
 #include "cuda/cubin_cache.h"
 #include "cuda/device.h"
 #include "cuda/kernel_source.h"
@@ -39,6 +40,18 @@ nb::dict device_info(int ordinal) {
     result["max_threads_per_multiprocessor"] = info.max_threads_per_multiprocessor;
     result["max_shared_memory_per_block"] = info.max_shared_memory_per_block;
     result["driver_version"] = version_text(info.driver_version);
+    return result;
+}
+
+nb::dict copy_rates(std::size_t bytes, int repeats) {
+    const CopyRates rates = measure_copies(bytes, repeats);
+    nb::dict result;
+    result["pinned_up"] = rates.pinned_up;
+    result["pinned_down"] = rates.pinned_down;
+    result["pinned_both"] = rates.pinned_both;
+    result["pageable_up"] = rates.pageable_up;
+    result["pageable_down"] = rates.pageable_down;
+    result["device"] = rates.device;
     return result;
 }
 
@@ -115,6 +128,10 @@ void bind_availability(nb::module_& module) {
         "device_info", &device_info, "ordinal"_a = 0,
         "Name, uuid, compute capability, sizes (bytes), clocks (kHz) and driver version of a "
         "GPU. Raises CudaError without one.");
+    module.def("copy_rates", &copy_rates, "bytes"_a, "repeats"_a = 5,
+               "Measures copies of so many bytes; bytes a second, the fastest of the repeats: "
+               "pinned_up, pinned_down, pinned_both (each way, both at once), pageable_up, "
+               "pageable_down, device (read and written). Raises CudaError.");
 }
 
 void bind_compiler(nb::module_& module) {

@@ -101,6 +101,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
         film.clear(state_->stream);
         state_->stream.synchronize();
         const EnginePass done = engine->run(pass);
+        output.render.work.append(done.work, output.render.seconds);
         output.render.seconds += done.seconds;
         output.render.peak_queue_bytes =
             std::max(output.render.peak_queue_bytes, done.peak_queue_bytes);

@@ -44,6 +44,7 @@ struct Schedule {
     int threads = 0;  ///< of the processor; 0: all
     int block = 128;  ///< threads of a CUDA block
     bool count_rays = false;
+    bool record_spans = false;  ///< of `ScheduleWork`, on the GPU
     u32 pass_samples = FixedPoint::max_pass_samples;
 };
 

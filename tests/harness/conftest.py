@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fabricated_study import fabricate_study
 from numpy.typing import NDArray
 
 SPEED = {"haste-cpu": 4e5, "embree": 6e5, "mitsuba-llvm": 5e5, "haste-cuda": 2e7}
@@ -237,3 +238,12 @@ def fabricate_results(tmp_path: Path) -> Callable[..., Path]:
 def fabricated_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small results folder that every test may read and none may change."""
     return fabricate(tmp_path_factory.mktemp("fabricated"))
+
+
+@pytest.fixture(scope="session")
+def studied_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same with a study of packets, for reading only."""
+    folder = fabricate(
+        tmp_path_factory.mktemp("studied"), scenes=("mirror-glass",), models=("haste",), size=16
+    )
+    return fabricate_study(folder, {"mirror-glass": ["haste", "whitted"]})

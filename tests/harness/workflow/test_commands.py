@@ -11,8 +11,8 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "rays", "tables", "report", "check", "features", "available"}
-    wanted |= {"baseline", "compare"}
+    wanted = {"truth", "measure", "rays", "study", "tables", "report", "check", "baseline"}
+    wanted |= {"compare", "features", "available"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 
