@@ -194,6 +194,7 @@ def check_config(values: Mapping[str, Any]) -> Config:
         ("scene_settings", checked["scene_settings"]),
         ("packets.scenes", checked["packets"]["scenes"]),
         ("engines.scenes", checked["engines"]["scenes"]),
+        ("knobs.scenes", checked["knobs"]["scenes"]),
     ):
         for name in names:
             if name not in known:

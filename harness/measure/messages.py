@@ -55,6 +55,7 @@ class Ready:
     engines: tuple[str, ...]
     precision: str
     warm_ups: int
+    knobs: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)

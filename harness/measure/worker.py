@@ -51,6 +51,7 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
                 engines=tracer.engines,
                 precision=tracer.precision,
                 warm_ups=tracer.warm_ups,
+                knobs=tracer.knobs,
             )
         case Load(scene_path, settings):
             try:

@@ -78,6 +78,9 @@ class Tracer(ABC):
         The arithmetic it promises.
     warm_ups
         Untimed renders before the first timed one.
+    knobs
+        Settings that a single render may have otherwise than the loaded scene: `options` of
+        `render`.
     """
 
     name: ClassVar[str]
@@ -85,6 +88,7 @@ class Tracer(ABC):
     engines: ClassVar[tuple[str, ...]] = ("depth_first",)
     precision: ClassVar[str]
     warm_ups: ClassVar[int] = 1
+    knobs: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -133,7 +137,8 @@ class Tracer(ABC):
         engine
             One of `engines`.
         options
-            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``.
+            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``; and any of
+            `knobs`.
         count_rays
             Count rays, which may cost time; never set in a timed render.
         """

@@ -47,7 +47,8 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
                                      const Settings<float>& settings, const Schedule& schedule) {
     KernelSpecification specification;
     specification.model = model_name(model);
-    specification.features = host.features();
+    const bool clamps = model == ModelKind::path && settings.clamp < Numeric<float>::infinity;
+    specification.features = host.features() | (clamps ? feature_clamp : 0);
     specification.stack_capacity = int(stack_capacity(model, settings));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";
     specification.layered = schedule.accumulation == Accumulation::layer_weighted;
