@@ -68,8 +68,8 @@ def _scene_text(scene: str, snapshots: list[Snapshot]) -> str:
 
 
 def shortened(provenance: dict[str, Any]) -> dict[str, Any]:
-    """Of a run's provenance what a baseline needs: where, when, with what."""
-    wanted = ("run", "commit", "dirty", "started", "machine", "packages", "python", "threads")
+    """Of a run's provenance what a baseline needs beside its times' machine: which, with what."""
+    wanted = ("run", "commit", "dirty", "packages", "python", "threads")
     return {name: provenance[name] for name in wanted if name in provenance}
 
 

@@ -30,7 +30,8 @@ class Regression:
 
     subject: tuple[str, str, str]
     verdict: Verdict
-    """of image and variance; a slower tracer fails, an ambiguous time delays nothing"""
+    """of image and variance; a slower tracer fails on the same machine, an ambiguous time delays
+    nothing"""
     bias: Equivalence | None
     """mean luminance now over before, less 1; None where nothing can be compared"""
     tile_p: float
@@ -41,6 +42,8 @@ class Regression:
     """None where the tracer or the one it is set against was not timed on both sides"""
     speed_ratio: Interval | None
     """speed now over before, both as ratios to SPEED_OVER; the 90 % interval"""
+    machine: str
+    """what the baseline was timed on, where that is another machine; empty where it is the same"""
     note: str
     """why nothing could be compared"""
 
@@ -71,7 +74,7 @@ def smallest_tile_p(now: Snapshot, before: Snapshot) -> float:
 
 def _incomparable(subject: tuple[str, str, str], note: str) -> Regression:
     nothing = Verdict.PASS
-    return Regression(subject, nothing, None, 1.0, 0.0, None, None, None, note)
+    return Regression(subject, nothing, None, 1.0, 0.0, None, None, None, "", note)
 
 
 def judge_change(
@@ -80,6 +83,8 @@ def judge_change(
     """Compare a snapshot with that of before.
 
     Images of equal seeds are compared pair by pair, which holds as well where they are independent.
+    A tracer that is slower on another processor is told, and fails nothing: instruction sets favour
+    one tracer or the other.
     """
     if now.frame != before.frame:
         sizes = " and ".join(f"{one.width}×{one.height}" for one in (now, before))
@@ -98,8 +103,9 @@ def judge_change(
     )
     change = speed_change(now, before)
     speed = None if change is None else judge_speed(change, settings.speed_margin, bound.strict)
+    machine = "" if now.timed_on == before.timed_on else before.timed_on
     verdicts = {bias.verdict, variance.verdict}
-    if tile_p < tile_level or speed is Speed.SLOWER:
+    if tile_p < tile_level or (speed is Speed.SLOWER and not machine):
         verdicts.add(Verdict.FAIL)
     return Regression(
         now.subject,
@@ -110,6 +116,7 @@ def judge_change(
         variance,
         speed,
         None if change is None else change.ratio(LEVEL),
+        machine,
         "",
     )
 
@@ -172,6 +179,7 @@ def describe_change(change: Regression) -> str:
         parts.append(
             f"speed over {SPEED_OVER}'s × {found.value:.3f} [{found.lower:.3f}, "
             f"{found.upper:.3f}]: {change.speed.value}"
+            + (f" (before on {change.machine})" if change.machine else "")
         )
     if change.note:
         parts.append(change.note)
@@ -191,6 +199,11 @@ def describe_changes(changes: Sequence[Regression]) -> list[str]:
         f"{counts[Verdict.NOT_ENOUGH_SAMPLES]} not enough samples; speeds over {SPEED_OVER}'s: "
         + ", ".join(f"{count} {speed.value}" for speed, count in speeds.items())
     )
+    others = {row.machine for row in compared if row.speed is not None and row.machine}
+    if others:
+        lines.append(
+            f"baseline: speeds are no verdict here: it was timed on {'; '.join(sorted(others))}"
+        )
     apart = len(changes) - len(compared)
     if apart:
         note = next(row.note for row in changes if row.note)

@@ -21,7 +21,7 @@ from harness.tables.read import SceneJob
 from harness.tables.times import Timed, group_times, headline
 
 SPEED_OVER = "embree"
-"""Tracer whose time in the same run everybody's is divided by: it makes two machines comparable."""
+"""Tracer whose time in the same run everybody's is divided by: a busy machine slows both."""
 DIGITS = 7
 """Significant digits that are written: about those of a float32."""
 
@@ -48,6 +48,8 @@ class Snapshot:
     """[rows, columns], variance of the tiles' luminance between seeds"""
     log_seconds: NDArray[np.float64]
     """[repeats], logarithm of the time of a sample over that of SPEED_OVER in the same round"""
+    timed_on: str
+    """processor, threads and GPUs: even a ratio of speeds belongs to them"""
 
     @property
     def subject(self) -> tuple[str, str, str]:
@@ -84,6 +86,7 @@ def make_snapshot(
     spp: int,
     seeds: tuple[int, ...],
     log_seconds: NDArray[np.float64],
+    timed_on: str,
     tile: int,
 ) -> Snapshot:
     """Summarise finite images [K >= 2, h, w, 3] of one tracer."""
@@ -103,7 +106,16 @@ def make_snapshot(
         tile_mean=tiles.mean(axis=0),
         tile_variance=tiles.var(axis=0, ddof=1),
         log_seconds=log_seconds,
+        timed_on=timed_on,
     )
+
+
+def machine_of(job: SceneJob) -> str:
+    """What the times of a scene were taken on, in a line."""
+    machine = job.provenance.get("machine", {})
+    gpus = [str(gpu.get("name")) for gpu in machine.get("gpus", [])]
+    threads = f"{job.provenance.get('threads')} threads"
+    return ", ".join([str(machine.get("processor")), threads, *gpus])
 
 
 def snapshots_of(job: SceneJob, tile: int) -> list[Snapshot]:
@@ -111,7 +123,7 @@ def snapshots_of(job: SceneJob, tile: int) -> list[Snapshot]:
 
     Raises ResultsError for missing or damaged files.
     """
-    timed = headline(group_times(job))
+    timed, machine = headline(group_times(job)), machine_of(job)
     found = []
     for model in job.models:
         failed = {row.tracer for row in job.absent(model) if row.status == "failed"}
@@ -133,6 +145,7 @@ def snapshots_of(job: SceneJob, tile: int) -> list[Snapshot]:
                     spp=images.spp,
                     seeds=images.seeds,
                     log_seconds=ratios,
+                    timed_on=machine,
                     tile=tile,
                 )
             )
@@ -153,7 +166,7 @@ def to_record(snapshot: Snapshot) -> dict[str, Any]:
     record: dict[str, Any] = {
         name: getattr(snapshot, name) for name in ("model", "tracer", "width", "height", "tile")
     }
-    record |= {"spp": snapshot.spp, "seeds": list(snapshot.seeds)}
+    record |= {"spp": snapshot.spp, "seeds": list(snapshot.seeds), "timed_on": snapshot.timed_on}
     return record | {name: rounded(getattr(snapshot, name).tolist()) for name in ARRAYS}
 
 

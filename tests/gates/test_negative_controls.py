@@ -73,6 +73,7 @@ def snapshot(images: Images, truth: Truth, seeds: int = 0) -> Snapshot:
         spp=SPP,
         seeds=numbers,
         log_seconds=np.zeros(0),
+        timed_on="a processor",
         tile=SETTINGS.tile,
     )
 

@@ -92,6 +92,18 @@ def test_a_slower_tracer_fails_and_a_slower_machine_does_not(
     assert "slower" in line
 
 
+def test_a_slower_tracer_on_another_processor_is_told_and_fails_nothing(
+    run: Path, baseline: Path, capsys: pytest.CaptureFixture[str]
+):
+    path = baseline / "cornell-box.json"
+    path.write_text(path.read_text().replace('"timed_on": "none', '"timed_on": "Babbage'))
+    change_times(run, "haste-cpu", 1.3)
+    assert check(run, baseline=baseline) == 0
+    out = capsys.readouterr().out
+    assert "1 slower" in out, out
+    assert "speeds are no verdict here: it was timed on Babbage" in out, out
+
+
 def test_images_of_another_size_are_not_compared(
     run: Path, baseline: Path, capsys: pytest.CaptureFixture[str]
 ):

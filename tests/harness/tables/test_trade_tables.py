@@ -92,8 +92,8 @@ def test_a_speed_up_is_the_ratio_of_the_times_to_unit_variance(find: Find):
     other = find("relative_ttuv_seconds", "path", tracer="haste-cpu").value
     own = find("relative_ttuv_seconds", "path").value
     assert found.value == pytest.approx(other / own, rel=1e-6)
-    # The times of both spread by 2 % over five repeats; a variance of eight seeds by sqrt(2 / 7) over
-    # 32 * 32 pixels with noise of their own in three channels.
+    # The times of both spread by 2 % over five repeats; a variance of eight seeds by sqrt(2 / 7)
+    # over 32 * 32 pixels with noise of their own in three channels.
     tolerance = 4.0 * np.sqrt(2.0 * (0.02**2 / 5 + 2.0 / 7 / (32 * 32 * 3)))
     assert np.log(found.value / 1.5) == pytest.approx(0.0, abs=tolerance), (found, tolerance)
     assert found.lower < found.value < found.upper, found

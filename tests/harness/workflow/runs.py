@@ -202,7 +202,7 @@ def rows(results: Path, truth_of: Path, folder: Path, tracers: Sequence[str]) ->
     write_tables(folder)
     quantities = load_list("quantities")
     timed = {name for name, entry in quantities.items() if _has_seconds(entry["unit"])}
-    timed |= {"speed_ratio", "efficiency"}
+    timed |= {"speed_ratio", "speed_up", "efficiency", "relmse_at"}
     tables = [
         pd.read_parquet(folder / "samples.parquet"),
         pd.read_csv(folder / "measurements.csv", keep_default_na=False, dtype=str),
