@@ -20,6 +20,7 @@ from harness.report.budget_table import budget_table, crossover_table
 from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
+from harness.report.knobs_table import knobs_table
 from harness.report.ladder import find_rungs, ladder_table, plot_ladder
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
@@ -39,6 +40,7 @@ from harness.report.tables import (
     times_table,
     verdict_table,
 )
+from harness.report.trade_figure import plot_trade
 from harness.tables.lookup import read_measurements
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.write import merge_provenance
@@ -145,6 +147,10 @@ def write_report(results_dir: Path) -> Path:
         )
         for job in jobs
     ]
+    trades = [
+        figures.add(f"trade-{job.name}", plot_trade(measurements, job), job.title, "")
+        for job in pictured
+    ]
     rungs = find_rungs(measurements, jobs)
     tables = {
         "verdicts": verdict_table(judgements),
@@ -158,6 +164,7 @@ def write_report(results_dir: Path) -> Path:
         "eye_rays": eye_rays_table(jobs),
         "budget": budget_table(measurements, pictured),
         "crossover": crossover_table(measurements, pictured),
+        "knobs": knobs_table(measurements, pictured),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -188,6 +195,7 @@ def write_report(results_dir: Path) -> Path:
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
         ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
+        trades=[figure for figure in trades if figure],
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),
         commands=reproduce(provenance, jobs),

@@ -17,11 +17,11 @@ from harness.statistics.estimate import Estimate, exactly
 from harness.statistics.intervals import Interval, median_interval
 from harness.statistics.metrics import Image, Truth, split_error
 from harness.statistics.paired import paired_relative_bias, paired_scale, squared_difference
-from harness.statistics.timing import positive_interval
 from harness.statistics.trade import crossover_seconds, speed_up
 from harness.tables.images import subject_of
 from harness.tables.read import ImageSet, SceneJob
 from harness.tables.schema import Recorder, Subject
+from harness.tables.times import Timed
 from harness.tables.trade import (
     EXACT,
     Case,
@@ -29,11 +29,11 @@ from harness.tables.trade import (
     Variant,
     record_bias,
     record_budgets,
+    record_ttuv,
     ttuv_and_variance,
     variants_against,
     variants_of,
 )
-from harness.tables.times import Timed
 
 KNOBS = ("max_depth", "rr_depth", "clamp", "film", "light_samples", "ambient_samples")
 """Keys of a case that say what was turned."""
@@ -148,9 +148,7 @@ def _record_path(
         return None
     exact = exact_variant(exact_turn, truth)
     _record_effort(recorder, exact_turn, exact)
-    recorder.measure(
-        exact.subject, "relative_ttuv_seconds", positive_interval(exact.ttuv), exact.case
-    )
+    record_ttuv(recorder, exact)
     record_budgets(recorder, exact)
     own = {"max_depth": job.description.get("settings", {}).get("max_depth")}
     limit = None
@@ -163,13 +161,10 @@ def _record_path(
                 _record_speed_up(recorder, variant, exact)
             if raw and turn.case == own:
                 limit = variant.bias_squared
-            record_budgets(recorder, _without_noise_of_bias(variant))
-            recorder.measure(
-                variant.subject,
-                "crossover_seconds",
-                crossover_seconds(exact.ttuv, variant.ttuv, variant.bias_squared),
-                variant.case | {"to": exact.subject.tracer},
-            )
+            # The scene's own limit is what `path` has without a turn.
+            if turn.case != own:
+                record_budgets(recorder, _without_noise_of_bias(variant))
+            _record_crossover(recorder, variant, exact)
     return limit
 
 
@@ -187,12 +182,21 @@ def _record_haste(
                 _record_effort(recorder, turn, variant)
                 _record_speed_up(recorder, variant, first.setdefault(tracer, variant))
             if tracer in exact:
-                recorder.measure(
-                    variant.subject,
-                    "crossover_seconds",
-                    crossover_seconds(exact[tracer].ttuv, variant.ttuv, variant.bias_squared),
-                    variant.case | {"to": tracer},
-                )
+                _record_crossover(recorder, variant, exact[tracer])
+
+
+def _record_crossover(recorder: Recorder, variant: Variant, exact: Variant) -> None:
+    """Record until when the turn is better; not where it has changed no bit of any image."""
+    case = variant.case | {"to": exact.subject.tracer}
+    if variant.bias_squared.value == 0.0 and variant.bias_squared.error == 0.0:
+        nothing = Interval(math.nan, math.nan, math.nan, variant.bias_squared.n)
+        note = "the images are those of the exact variant"
+        recorder.measure(
+            variant.subject, "crossover_seconds", nothing, case, status="skipped", note=note
+        )
+        return
+    found = crossover_seconds(exact.ttuv, variant.ttuv, variant.bias_squared)
+    recorder.measure(variant.subject, "crossover_seconds", found, case)
 
 
 def _without_noise_of_bias(variant: Variant) -> Variant:

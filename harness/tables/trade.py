@@ -167,9 +167,8 @@ def record_trade(
 
 
 def record_budgets(recorder: Recorder, variant: Variant) -> None:
+    """Record the errors at the budgets, and the time and samples to the targets."""
     subject, case = variant.subject, variant.case
-    if case:
-        recorder.measure(subject, "relative_ttuv_seconds", positive_interval(variant.ttuv), case)
     for seconds in BUDGETS:
         found = error_at(seconds, variant.bias_squared, variant.ttuv)
         recorder.measure(subject, "relmse_at", found.interval(), case | {"seconds": seconds})
@@ -189,6 +188,12 @@ def record_budgets(recorder: Recorder, variant: Variant) -> None:
         )
 
 
+def record_ttuv(recorder: Recorder, variant: Variant) -> None:
+    """Record the relative time to unit variance of what is not a tracer's headline."""
+    ttuv = positive_interval(variant.ttuv)
+    recorder.measure(variant.subject, "relative_ttuv_seconds", ttuv, variant.case)
+
+
 def record_bias(recorder: Recorder, variant: Variant) -> None:
     """Record how far a shortcut in one exposure is from the exact picture: mean, and pixels."""
     scaled = variant.case["exposure"] == "scaled"
@@ -202,5 +207,6 @@ def record_bias(recorder: Recorder, variant: Variant) -> None:
     if scaled:
         scale = exact(variant.scale, variant.relative_bias.n)
         recorder.measure(variant.subject, "exposure_scale", scale, case)
+    record_ttuv(recorder, variant)
     bias_squared = variant.bias_squared.interval()
     recorder.measure(variant.subject, "relative_bias_squared", bias_squared, variant.case)
