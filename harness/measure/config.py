@@ -127,6 +127,11 @@ class Config:
         own = self.values["tracer_settings"].get(tracer, {}).get("timing_spp", {})
         return own.get(model, self.values["timing"]["spp"][model])
 
+    def knobs_spp(self, model: str, tracer: str) -> int:
+        """Samples a pixel of an image of the sweep of knobs."""
+        own = self.values["tracer_settings"].get(tracer, {}).get("knobs_spp", {})
+        return int(own.get(model, self.values["knobs"]["spp"][model]))
+
     def packet_sizes(self, tracer: str) -> list[int]:
         """Sizes of the sweep of packets."""
         least = self.values["tracer_settings"].get(tracer, {}).get("least_packet", 1)

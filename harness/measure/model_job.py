@@ -142,7 +142,9 @@ class ModelJob:
 
     def _warm_up_knobs(self, share: Share) -> None:
         """Render each turn untimed, since the seconds of its images count; it may compile anew."""
-        turns = {image.stem.parent: image.request for image in share.knobs}
+        turns: dict[Path, Render] = {}
+        for image in share.knobs:
+            turns.setdefault(image.stem.parent, image.request)
         for request in turns.values():
             for _ in range(share.ready.warm_ups):
                 if self._takes_part(share.subject):

@@ -213,13 +213,16 @@ def plan_knobs(
             reason = f"{subject.tracer} has no choice of {', '.join(lacking)}"
             untaken.append(Untaken(subject, case, reason))
     refused = [other.case for other in untaken]
+    if not cases:
+        return [], []
+    spp = config.knobs_spp(subject.model, subject.tracer)
     folder = Path("knobs") / subject.model / subject.tracer
     for seed in range(sweep["seeds"]):
         for case in cases:
             if case in refused:
                 continue
             name = "_".join(f"{key}-{value}" for key, value in sorted(case.items()))
-            request = Render(seed=seed, spp=sweep["spp"][subject.model], options=case)
+            request = Render(seed=seed, spp=spp, options=case)
             images.append(PlannedImage(subject, folder / name / f"seed_{seed:03d}", request))
     return images, untaken
 

@@ -33,15 +33,12 @@ def knobs_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Table |
     """Scene, tracer, knob: bias, gain and crossover time; None where nothing was turned."""
     groups, records = [], []
     for job in jobs:
-        own = [
-            row
-            for row in measurements.rows
-            if row.scene == job.name and turned_of(parse_case(row.case))
-        ]
         turns = {
             (row.tracer, row.model, row.engine, only_turned(row.case)): row
-            for row in own
-            if row.quantity in {"relative_bias", "image_seconds"}
+            for row in measurements.rows
+            if row.scene == job.name
+            and row.quantity in {"relative_bias", "image_seconds"}
+            and only_turned(row.case)
         }
         rows = []
         for (tracer, model, _, case), row in sorted(
@@ -147,9 +144,7 @@ def _cells(found: dict[str, Interval]) -> list[Cell]:
     return [
         percent("relative_bias"),
         percent("relative_bias_scaled"),
-        Cell(numbers.significant(bias.value, 2), numbers.bounds(bias, digits=2))
-        if bias
-        else missing,
+        Cell(numbers.significant(bias.value), numbers.bounds(bias)) if bias else missing,
         Cell(numbers.seconds(ttuv.value)) if ttuv else missing,
         Cell(numbers.significant(gain.value, 3), numbers.bounds(gain)) if gain else missing,
         *(
