@@ -63,9 +63,8 @@ def knobs_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Table |
             )
             rows.append(
                 [
-                    Cell(model, kind="text"),
                     Cell(tracer, kind="tracer"),
-                    Cell(turned, reason, kind="text"),
+                    Cell(f"{model}, {turned}", reason, kind="text"),
                     *_cells(found),
                 ]
             )
@@ -74,16 +73,14 @@ def knobs_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Table |
     if not groups:
         return None
     columns = [
-        Column("model", kind="text"),
         Column("tracer", kind="text"),
-        Column("turned to", kind="text"),
+        Column("model, turned to", kind="text"),
         Column("bias", "%"),
-        Column("after one scale", "%"),
-        Column("bias squared, relative"),
-        Column("TTUV"),
+        Column("scaled", "%"),
+        Column("bias squared"),
         Column("sooner", "times"),
         Column("T*"),
-        Column("T* after one scale"),
+        Column("T*, scaled"),
     ]
     return Table("knobs", columns, groups, pd.DataFrame(records))
 
@@ -131,6 +128,9 @@ def _find(measurements: Measurements, row: Measurement, case: str) -> dict[str, 
 
 def _cells(found: dict[str, Interval]) -> list[Cell]:
     missing = Cell(numbers.MISSING)
+    changes = found.get("relative_bias_squared")
+    if changes is not None and changes.lower == changes.upper == 0.0:
+        missing = Cell(numbers.MISSING, "no bit changes")
 
     def percent(name: str) -> Cell:
         interval = found.get(name)
@@ -138,14 +138,11 @@ def _cells(found: dict[str, Interval]) -> list[Cell]:
             return missing
         return Cell(numbers.percent(interval.value), numbers.percent_bounds(interval))
 
-    bias, ttuv, gain = (
-        found.get(name) for name in ("relative_bias_squared", "relative_ttuv_seconds", "speed_up")
-    )
+    bias, gain = found.get("relative_bias_squared"), found.get("speed_up")
     return [
         percent("relative_bias"),
         percent("relative_bias_scaled"),
         Cell(numbers.significant(bias.value), numbers.bounds(bias)) if bias else missing,
-        Cell(numbers.seconds(ttuv.value)) if ttuv else missing,
         Cell(numbers.significant(gain.value, 3), numbers.bounds(gain)) if gain else missing,
         *(
             crossover_cell(found[name]) if name in found else missing
