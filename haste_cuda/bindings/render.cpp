@@ -56,14 +56,8 @@ ModelKind model_kind(const std::string& name) {
 Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 light_samples,
                               u32 ambient_samples, const std::array<float, 3>& ambient,
                               float clamp) {
-    return {max_depth,
-            rr_depth,
-            max_layers,
-            light_samples,
-            ambient_samples,
-            {ambient[0], ambient[1], ambient[2]},
-            clamp,
-            0};
+    const Vec3<float> constant{ambient[0], ambient[1], ambient[2]};
+    return {max_depth, rr_depth, max_layers, light_samples, ambient_samples, constant, clamp, 0};
 }
 
 QueueOrder queue_order(const std::string& name) {

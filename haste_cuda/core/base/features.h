@@ -4,7 +4,7 @@
 
 namespace haste {
 
-/// What a scene requires, and what settings ask for beyond it. A kernel is compiled for exactly that.
+/// What a scene requires, and settings beyond it. A kernel is compiled for exactly that.
 enum FeatureBits : u32 {
     feature_triangles = 1u << 0,
     feature_spheres = 1u << 1,

@@ -134,9 +134,8 @@ private:
         }
         pdf = pdf / Real(emitter_count_);
         const BsdfValue<Real> f = bsdf.evaluate(direction);
-        shadow.value = clamped(
-            ray.contribution * f.value * radiance * (power_heuristic(pdf, f.pdf) / pdf),
-            ray.layer > 0);
+        const Real weight = power_heuristic(pdf, f.pdf) / pdf;
+        shadow.value = clamped(ray.contribution * f.value * radiance * weight, ray.layer > 0);
         if (!is_zero(shadow.value)) out.shadow(shadow);
     }
 
