@@ -8,6 +8,7 @@ import pytest
 
 from harness.report.budget_table import budget_table, crossover_table, ways
 from harness.report.knobs_table import knobs_table
+from harness.report.tables import error_table
 from harness.report.trade_figure import curves_of, plot_trade
 from harness.report.turns import name_of_turn
 from harness.report.write import write_report
@@ -170,6 +171,13 @@ def test_without_a_sweep_there_are_planes_of_tracers_and_models(fabricated_resul
         figure = plot_trade(found, job)
         assert figure is not None
         assert len([axes for axes in figure.axes if axes.get_title(loc="left")]) == 2
+
+
+def test_turned_images_are_none_of_those_whose_error_is_tabled(
+    written: Path, measurements: Measurements
+):
+    frame = error_table(measurements, read_jobs(written)).frame
+    assert set(frame.spp.astype(int)) == {64}, "the turned images have 16 samples a pixel"
 
 
 def test_the_report_shows_planes_and_knobs(written: Path):
