@@ -32,10 +32,10 @@ def strongest_correlation(images: Image) -> Correlation | None:
 
     z_k = (x_k - mean) / s of each pixel, so that none outweighs the others: a plain correlation of
     images with few bright, noisy pixels misleads. Of independent images the mean of z_k z_l is
-    -1 / (K - 1), since the z of a pixel sum to 0. Pixels are independent (a box filter), and a
-    product is at most K - 1, so that their mean over the pixels is normal with the error that the
-    products show. What all images share moves their mean and is left to the test of tiles. Raises
-    ValueError for fewer than three images.
+    -1 / K, since the z of a pixel sum to 0 and their squares to K - 1. Pixels are independent (a
+    box filter), and a product is at most K - 1, so that their mean over the pixels is normal with
+    the error that the products show. What all images share moves their mean and is left to the
+    test of tiles. Raises ValueError for fewer than three images.
     """
     count = images.shape[0]
     if count < 3:
@@ -50,7 +50,7 @@ def strongest_correlation(images: Image) -> Correlation | None:
     z = (light[:, varies] - light[:, varies].mean(axis=0)) / spread[varies]
     product = z @ z.T / pixels
     variance = np.maximum(z**2 @ (z**2).T / pixels - product**2, 1e-12) / pixels
-    excess = product + 1.0 / (count - 1)
+    excess = product + 1.0 / count
     rows, columns = np.triu_indices(count, 1)
     t = excess[rows, columns] / np.sqrt(variance[rows, columns])
     best = int(np.argmax(t))

@@ -13,10 +13,11 @@ def noise(random: np.random.Generator, count: int = 16) -> np.ndarray:
     return random.gamma(0.5, 2.0, (count, *SHAPE))
 
 
-def test_independent_seeds_are_rejected_no_more_often_than_stated():
-    random = np.random.default_rng(1)
+@pytest.mark.parametrize("count", [3, 4, 16])
+def test_independent_seeds_are_rejected_no_more_often_than_stated(count: int):
+    random = np.random.default_rng(count)
     level, trials = 0.01, 500
-    p = [strongest_correlation(noise(random)) for _ in range(trials)]
+    p = [strongest_correlation(noise(random, count)) for _ in range(trials)]
     rejected = sum(found.p * found.pairs < level for found in p if found is not None)
     assert rejected <= 14, f"{rejected} of {trials} at {level}: the 99.9 % quantile is 13"
 
