@@ -296,7 +296,7 @@ def _entry(curve: Curve) -> Line2D:
 
 def _time(found: Interval) -> str:
     if found.value <= 0.0:
-        return "0"
+        return "never" if found.upper <= 0.0 else "0 s"
     if math.isinf(found.value):
         return f"> {_two_digits(found.lower)}" if found.lower > 0.0 else "unknown"
     return _two_digits(found.value)
