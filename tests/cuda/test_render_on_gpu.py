@@ -48,6 +48,8 @@ def test_film_bits_depend_on_neither_block_size_nor_run(scene: tuple[Path, Any],
 @pytest.mark.parametrize("model", MODELS)
 def test_another_seed_gives_other_bits(scene: tuple[Path, Any], model: str):
     """Negative control of the claim of equal bits."""
+    if model not in load_settings(scene[0]).models:
+        pytest.skip("not a model of the scene: all that it sees there may be the same sky")
     assert render(scene, model)["film_sha256"] != render(scene, model, seed=8)["film_sha256"]
 
 
