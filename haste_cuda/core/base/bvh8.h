@@ -12,8 +12,9 @@ inline constexpr float plane_offset = 0x1p15f;
 /// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs, HPG 2017, section 2.
 ///
 /// The planes of the children's boxes are bytes on a grid of the node's own: byte q of axis a is
-/// the plane origin[a] + (plane_offset + q) 2^(e_a - 127). The builder places every plane `plane_margin` of a grid
-/// step or more outside of the child's box, which is what the traversal's arithmetic may lose.
+/// the plane origin[a] + (plane_offset + q) 2^(e_a - 127). The builder places every plane
+/// `plane_margin` of a grid step or more outside of the child's box, which is what the traversal's
+/// arithmetic may lose.
 ///
 /// In place of the paper's eight bytes of meta data there are two masks, so that a slot that is hit
 /// adds a constant to what is to be done: slot i owns bit i of `inner` and bits 3 i to 3 i + 2 of

@@ -20,11 +20,13 @@ REASON = HasteCpu.unavailable()
 pytestmark = pytest.mark.skipif(REASON is not None, reason=REASON or "")
 
 COUNT = 512
+BALL = """<shape type="sphere"><point name="center" x="2.5" y="0" z="0"/></shape>"""
 
 
 @pytest.fixture
 def make(make_config: Any, scene_path: Path) -> Callable[..., Config]:
-    """Settings for few rays through a ball; the keywords are those of the section `rays`."""
+    """Settings for few rays in a ball by a lamp; the keywords are those of the section `rays`."""
+    scene_path.write_text(scene_path.read_text().replace("</scene>", f"{BALL}</scene>"))
     (scene_path.parent / "settings.yaml").write_text("models: [path]\nrays_inside: true\n")
 
     def config(tracers: list[str], **changes: Any) -> Config:
