@@ -49,7 +49,7 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
     KernelSpecification specification;
     specification.model = model_name(model);
     const bool clamps = model == ModelKind::path && settings.clamp < Numeric<float>::infinity;
-    specification.features = host.features() | (clamps ? feature_clamp : 0);
+    specification.features = host.features() | (clamps ? u32(feature_clamp) : 0u);
     specification.traversal = name_of(traversal);
     specification.stack_capacity = int(stack_capacity(model, settings));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";
