@@ -292,15 +292,13 @@ class _Job:
         return answer
 
     def _look(self, name: str, variant: Variant, count: int) -> None:
-        """Trace once to see what is hit, then so often that what follows is warm."""
-        answer = self._ask(name, variant, hits=True)
+        """Trace to see what is hit, and so often that what follows is warm."""
+        answer = self._ask(name, variant, hits=True, repeats=self._settings["warm_ups"])
         if answer is None or answer.t is None or answer.primitive is None:
             return
         variant.first, variant.rays = answer, answer.rays
         places = evenly(count, variant.most or count)
         variant.sight = Sight(places, Seen(answer.t, answer.primitive))
-        if math.isfinite(answer.times[-1]):
-            self._ask(name, variant, repeats=self._settings["warm_ups"])
 
     def _compare(self, name: str, rays: Rays, variants: Sequence[Variant]) -> dict[str, Any]:
         """What differs from double precision, and from the first way of every tracer."""

@@ -88,10 +88,10 @@ float float_below(double x) {
 /// The grid of one axis of a node, and the planes of boxes on it, which lie `plane_margin` steps
 /// or more outside of the box. For the lower plane b, in exact arithmetic but for roundings that
 /// are named: let x be (b - origin) / step, its difference rounded down and its division by a power
-/// of two exact. Then q = floor(x - plane_margin) - plane_offset gives a plane <= b - plane_margin step,
-/// where the last subtraction may err by 2^-37 at most (x is below 2^16), a nothing beside the half
-/// of the margin that no traversal uses. The plane of q = 0 lies two margins below the least b, so
-/// that q is not negative. Upper planes are the mirror image.
+/// of two exact. Then q = floor(x - plane_margin) - plane_offset gives a plane <= b - plane_margin
+/// step, where the last subtraction may err by 2^-37 at most (x is below 2^16), a nothing beside
+/// the half of the margin that no traversal uses. The plane of q = 0 lies two margins below the
+/// least b, so that q is not negative. Upper planes are the mirror image.
 class Grid {
 public:
     Grid(float lower, float upper) {

@@ -138,7 +138,8 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
 
 nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<float> settings,
                         u32 seed, u32 samples, const std::string& engine,
-                        const std::optional<std::string>& traversal, u64 packet, const std::string& order, const std::string& allocation, u64 queue_bytes,
+                        const std::optional<std::string>& traversal, u64 packet,
+                        const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
                         int block, bool count_rays, bool record_spans, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
@@ -214,13 +215,14 @@ void bind_render(nb::module_& module) {
     module.def(
         "render_cuda", &render_on_cuda, "scene"_a, "model"_a, "settings"_a, nb::kw_only(), "seed"_a,
         "samples"_a, "engine"_a = "depth_first", "traversal"_a = nb::none(),
-        "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once", "queue_bytes"_a = default_queue_bytes,
-        "streams"_a = 3, "film"_a = "int64", "accumulation"_a = "flat", "block"_a = 128,
-        "count_rays"_a = false, "record_spans"_a = false,
-        "pass_samples"_a = FixedPoint::max_pass_samples,
+        "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once",
+        "queue_bytes"_a = default_queue_bytes, "streams"_a = 3, "film"_a = "int64",
+        "accumulation"_a = "flat", "block"_a = 128, "count_rays"_a = false,
+        "record_spans"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
         "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "
-        "the host's for the others, whose host takes part) with traversal, compile_seconds, compile_cached, "
+        "the host's for the others, whose host takes part) with traversal, compile_seconds, "
+        "compile_cached, "
         "upload_seconds (of the kernels and the scene), registers, local_bytes (of the engine's "
         "main kernel), scene_bytes, bytes_moved (between host and device while tracing) and, with "
         "record_spans, spans: (kind, lane, begin, end, rays) "

@@ -100,9 +100,7 @@ HASTE_HD inline i32 greatest_of_three(i32 a, i32 b, i32 c) {
     const i32 greatest = a > b ? a : b;
     return greatest > c ? greatest : c;
 }
-HASTE_HD inline float saturate(float x) {
-    return x > 0.0f ? (x < 1.0f ? x : 1.0f) : 0.0f;
-}
+HASTE_HD inline float saturate(float x) { return x > 0.0f ? (x < 1.0f ? x : 1.0f) : 0.0f; }
 #endif
 
 /// Elementary functions of the platform: within 2 ulp, not equal bit for bit across platforms.

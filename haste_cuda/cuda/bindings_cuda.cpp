@@ -183,7 +183,8 @@ void bind_compiler(nb::module_& module) {
         },
         "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
         "film"_a = "int64", "layered"_a = false, "count_rays"_a = false,
-        "traversal"_a = name_of(default_traversal), nb::kw_only(), "architecture"_a, "use_cache"_a = true,
+        "traversal"_a = name_of(default_traversal), nb::kw_only(), "architecture"_a,
+        "use_cache"_a = true,
         "Compiles a kernel for an architecture (90 is sm_90); no GPU is needed. See "
         "compile_source.");
     module.def(
@@ -198,8 +199,8 @@ void bind_compiler(nb::module_& module) {
                                             architecture),
                          use_cache);
         },
-        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = name_of(default_traversal), "count"_a = false,
-        nb::kw_only(), "architecture"_a, "use_cache"_a = true,
+        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = name_of(default_traversal),
+        "count"_a = false, nb::kw_only(), "architecture"_a, "use_cache"_a = true,
         "Compiles the kernel that replays rays, for closest hits or for any hit. See "
         "compile_source.");
     module.def(

@@ -188,10 +188,9 @@ std::string kernel_source(const KernelSpecification& specification) {
     std::string source = "#include \"cuda/kernels/" + std::string(kernel.header) + "\"\n";
     source += "using Config = haste::KernelConfig<" + std::string(model.type) +
               ", haste::Features<" + hexadecimal(specification.features) + "u>, " +
-              std::string(precision.type) + ", haste::TraversalKind::" + specification.traversal + ", " +
-              std::to_string(specification.stack_capacity) +
-              ", " + std::string(film.type) + ", " + flag(specification.layered) + ", " +
-              flag(specification.count_rays) + ">;\n";
+              std::string(precision.type) + ", haste::TraversalKind::" + specification.traversal +
+              ", " + std::to_string(specification.stack_capacity) + ", " + std::string(film.type) +
+              ", " + flag(specification.layered) + ", " + flag(specification.count_rays) + ">;\n";
     // A grid constant stays in constant memory where its address is taken.
     source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
               "(const __grid_constant__ " + std::string(kernel.parameters) + " parameters) {\n";

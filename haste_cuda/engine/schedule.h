@@ -34,7 +34,7 @@ struct Schedule {
     EngineKind engine = EngineKind::depth_first;
     IntersectorKind intersector = IntersectorKind::haste;
     std::optional<TraversalKind> traversal;  ///< on the GPU; `image_traversal` by itself
-    u64 packet = 65536;  ///< most rays traced at once
+    u64 packet = 65536;                      ///< most rays traced at once
     QueueOrder order = QueueOrder::fifo;
     u64 queue_bytes = u64(4) << 30;  ///< most that waiting rays may take
     Accumulation accumulation = Accumulation::flat;
