@@ -232,7 +232,7 @@ def plot_ladder_bars(
         figure, all_axes = make_panels(-(-len(ladders) // 2), 2, 0.9 + 0.27 * len(labels))
         for axes, (panel, rungs) in zip(all_axes, ladders.items(), strict=False):
             before = None
-            end = 1.3 * max(rate.value * 1e-6 for _, _, rate in rungs)
+            end = 1.5 * max(rate.value * 1e-6 for _, _, rate in rungs)
             for engine, label, rate in rungs:
                 row = labels.index(label)
                 mega = rate.scaled(1e-6)
@@ -240,12 +240,15 @@ def plot_ladder_bars(
                 if np.isfinite(mega.lower):
                     axes.hlines(row, mega.lower, mega.upper, color=INK, lw=1.2)
                 gain = "" if before is None else f", × {numbers.significant(rate.value / before)}"
-                text = f" {numbers.significant(mega.value)}{gain}"
-                # Beyond the interval, as long as there is room.
-                place = (
-                    max(mega.value, min(mega.upper, 0.75 * end)) if mega.upper > 0 else mega.value
+                # At the edge, over whatever part of the interval reaches there.
+                axes.annotate(
+                    f"{numbers.significant(mega.value)}{gain}",
+                    (0.995 * end, row),
+                    ha="right",
+                    va="center",
+                    fontsize=7.5,
+                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
                 )
-                axes.annotate(text, (place, row), va="center", fontsize=7.5)
                 before = rate.value
             axes.set_xlim(0.0, end)
             axes.set_ylim(len(labels) - 0.4, -0.6)
