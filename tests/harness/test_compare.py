@@ -126,7 +126,7 @@ def many(random: np.random.Generator, shift: float, count: int = 200) -> Measure
         found = Interval(mean, mean - half, mean + half, 16)
         rows.append(
             Measurement(
-                *(f"scene-{place}", "embree", "path", "depth_first", "seeds=16;spp=64"),
+                *(f"scene-{place}", "embree", "path", "depth_first", "robust", "seeds=16;spp=64"),
                 *("mean_luminance", found, "radiance", "ok", ""),
             )
         )

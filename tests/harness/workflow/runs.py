@@ -57,7 +57,7 @@ SETTINGS: dict[str, Any] = {
     },
 }
 COPIES = ("harness", "haste_cuda", "reference")
-LINKS = ("Snakefile", "bench", "config", "profiles", "scenes")
+LINKS = ("Snakefile", "bench", "config", "profiles", "scenes", ".venv")
 STAMPS = frozenset({"started", "ended", "host", "processor_seconds", "renders"})
 """What tells when and where rather than what; `renders` counts those of the last attempt."""
 
@@ -126,7 +126,9 @@ def make_run(folder: Path, settings: Mapping[str, Any] | None = None) -> Run:
         ignored = shutil.ignore_patterns("__pycache__", "*.cpp")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in LINKS:
-        (folder / name).symlink_to(ROOT / name)
+        # A virtual environment may lie elsewhere.
+        if (ROOT / name).exists():
+            (folder / name).symlink_to(ROOT / name)
     run = Run(folder)
     values = {**(settings or SETTINGS), "results_dir": str(run.results)}
     (folder / "settings.yaml").write_text(yaml.safe_dump(values))
