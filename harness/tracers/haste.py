@@ -208,7 +208,7 @@ class _HasteTracer(Tracer):
 
     @classmethod
     def ways(cls) -> tuple[Way, ...]:
-        """The core's traversals, its images' own first."""
+        """The core's traversals; first the one that is taken where none is named."""
         if cls.unavailable() is not None:
             return super().ways()
         return tuple(Way(name, cls.precision) for name in traversals())
