@@ -15,6 +15,7 @@ include: "harness/rules/truth.smk"
 include: "harness/rules/measure.smk"
 include: "harness/rules/rays.smk"
 include: "harness/rules/stability.smk"
+include: "harness/rules/study.smk"
 include: "harness/rules/tables.smk"
 include: "harness/rules/report.smk"
 

@@ -1,6 +1,7 @@
 """The steps of a run, one command each: ``python -m harness <command> --help``."""
 
 import argparse
+import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -66,6 +67,15 @@ def _surfaces(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _study(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.study import study_scene
+
+    for scene, model in config.study_panels:
+        if scene in (options.scene or [scene]) and model in (options.model or [model]):
+            study_scene(config, scene, model, options.threads)
+    return 0
+
+
 def _tables(config: Config, options: argparse.Namespace) -> int:
     from harness.tables import write_tables
 
@@ -83,7 +93,31 @@ def _report(config: Config, options: argparse.Namespace) -> int:
 def _check(config: Config, options: argparse.Namespace) -> int:
     from harness.gate import check
 
-    return check(options.results or config.results_dir, config["gate"])
+    return check(options.results or config.results_dir, config["gate"], options.baseline)
+
+
+def _baseline(config: Config, options: argparse.Namespace) -> int:
+    from harness.baseline import renew
+    from harness.bounds import GateSettings
+
+    def agree() -> bool:
+        if options.yes:
+            return True
+        if not sys.stdin.isatty():
+            print("nobody to ask: --yes renews the baseline")
+            return False
+        return input(f"renew {options.baseline}? [y/N] ").strip().lower() in {"y", "yes"}
+
+    results = options.results or config.results_dir
+    return renew(results, options.baseline, GateSettings(**config["gate"]), agree)
+
+
+def _compare(config: Config, options: argparse.Namespace) -> int:
+    from harness.bounds import GateSettings
+    from harness.compare import compare
+
+    settings = GateSettings(**config["gate"])
+    return compare(options.before, options.after, options.out, settings)
 
 
 def _features(config: Config, options: argparse.Namespace) -> int:
@@ -150,6 +184,11 @@ def _available(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""A full disk, a full share of it, a file larger than is allowed."""
+
+BASELINE = ROOT / "results" / "baseline"
+
 COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
@@ -157,9 +196,12 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
     "modes": (_modes, "render the same samples in every precision, and compare"),
     "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
+    "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
     "check": (_check, "judge the tracers' bias; exit code 0 if all pass"),
+    "baseline": (_baseline, "show what differs from the baseline, and renew it"),
+    "compare": (_compare, "say what changed beyond noise between two runs; exit code 0 if nothing"),
     "features": (_features, "print what scenes require, and what of it is missing; 0 if nothing"),
     "generate": (_generate, "make the files of scenes that are not committed"),
     "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
@@ -199,12 +241,35 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
-        if name in {"tables", "report", "check"}:
+        if name in {"tables", "report", "check", "baseline"}:
             command.add_argument(
                 "--results",
                 type=Path,
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
+            )
+        if name in {"check", "baseline"}:
+            command.add_argument(
+                "--baseline",
+                type=Path,
+                metavar="FOLDER",
+                default=BASELINE,
+                help="the baseline's folder (default: %(default)s)",
+            )
+        if name == "baseline":
+            command.add_argument("--yes", action="store_true", help="renew without asking")
+        if name == "compare":
+            command.add_argument("before", type=Path, help="a run's folder, or a published one")
+            command.add_argument("after", type=Path, help="the folder that is set against it")
+            command.add_argument(
+                "--out",
+                type=Path,
+                metavar="FILE",
+                help="write the report here (default: comparison.md in AFTER)",
+            )
+        if name == "study":
+            command.add_argument(
+                "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
         if name in {*JOBS, "surfaces", "available", "thumbnails"}:
             command.add_argument(
@@ -242,6 +307,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except ConfigError as error:
         return _refuse(error)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        print(f"error: {error}; what was complete is kept", file=sys.stderr)
+        return 1
     except _expected_errors() as error:
         return _refuse(error)
 

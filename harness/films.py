@@ -6,14 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from harness.tables.read import SceneJob
+from harness.tables.study import StudyJob
 
 
-def groups_of(job: SceneJob) -> Sequence[Mapping[str, Any]]:
+def groups_of(job: SceneJob | StudyJob) -> Sequence[Mapping[str, Any]]:
     """The renders of one tracer, model, seed and sample count: how many, and how many films."""
     return job.description.get("films", [])
 
 
-def describe_films(jobs: Sequence[SceneJob]) -> list[str]:
+def describe_films(jobs: Sequence[SceneJob | StudyJob]) -> list[str]:
     """One line for each group whose films differ, and one for all; none if nothing promises."""
     groups = [(job.name, row) for job in jobs for row in groups_of(job)]
     if not groups:
@@ -35,6 +36,6 @@ def describe_films(jobs: Sequence[SceneJob]) -> list[str]:
     return lines
 
 
-def films_exit_code(jobs: Sequence[SceneJob]) -> int:
+def films_exit_code(jobs: Sequence[SceneJob | StudyJob]) -> int:
     """0 if no group has two films, 1 otherwise."""
     return int(any(row["different_films"] > 1 for job in jobs for row in groups_of(job)))

@@ -1,8 +1,9 @@
-"""The gate: does every tracer's image agree with the ground truth?
+"""The gate: does every tracer's image agree with the ground truth, and with what it was?
 
-Three questions, and all must be answered with yes: is the bias of the image mean proven to be
-small, does no tile of any image differ, is every pixel finite and not negative. A gate on the mean
-alone is blind: compensating local errors of ten per cent pass it.
+Questions that all must be answered with yes: is the bias of the image mean proven to be small, does
+no tile of any image differ, does the picture lie where it should, are the seeds independent, is
+every pixel finite and not negative. A gate on the mean alone is blind: compensating local errors of
+ten per cent pass it. What differs from the baseline is judged by `harness.regression`.
 """
 
 from __future__ import annotations
@@ -16,53 +17,20 @@ from typing import Any
 
 import numpy as np
 
+from harness.agreement import compare_images, tile_verdict, worst
 from harness.answers import describe_answers, judge_answers
+from harness.baseline import read_baseline
+from harness.bounds import TESTS, Bound, GateSettings, settings_of
 from harness.films import describe_films, films_exit_code
+from harness.regression import Regression, describe_changes, judge_changes
 from harness.slopes import describe_slopes, judge_slopes
-from harness.statistics.bias import (
-    GATE_LEVEL,
-    Equivalence,
-    Verdict,
-    exit_code_of,
-    judge_equivalence,
-    relative_bias,
-)
+from harness.snapshot import snapshots_of
+from harness.statistics.bias import Equivalence, Verdict, exit_code_of
 from harness.statistics.metrics import Defects, Truth, count_defects
-from harness.statistics.tiles import (
-    FAMILY_LEVEL,
-    TILE,
-    TileTest,
-    compare_tiles,
-    rounding_bound,
-    sidak_level,
-)
+from harness.statistics.tiles import TileTest
 from harness.tables.eye_rays import eye_rays_of
 from harness.tables.read import ImageSet, ResultsError, SceneJob, read_jobs
-
-VISIBLE = 0.10
-"""Relative error of the median tile that the tile test must be able to see.
-
-A test without power rejects nothing; that is no pass.
-"""
-
-
-@dataclass(frozen=True, slots=True)
-class GateSettings:
-    """What counts as agreement; the section `gate` of a run's settings."""
-
-    delta: float = 0.005
-    """the 90 % interval of the relative bias must lie within plus or minus this"""
-    caustic_delta: float = 0.01
-    """the same where a caustic carries most of the variance in a few pixels"""
-    alpha: float = FAMILY_LEVEL
-    """chance that the tile test rejects a right image anywhere in the whole run"""
-    tile: int = TILE
-    """edge of a tile in pixels"""
-
-
-def settings_of(jobs: list[SceneJob]) -> GateSettings:
-    """The gate's settings as a run's provenance recorded them, defaults where it did not."""
-    return GateSettings(**jobs[0].provenance.get("config", {}).get("gate", {}))
+from harness.tables.study import read_study
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +79,7 @@ class _Comparison:
     note: str
 
 
-def _compare(
-    job: SceneJob, model: str, tracer: str, truth: Truth, delta: float, tile: int
-) -> _Comparison:
+def _compare(job: SceneJob, model: str, tracer: str, truth: Truth, bound: Bound) -> _Comparison:
     images = job.seeds(model, tracer)
     note = _failure(images)
     if images is None or not images.seeds:
@@ -123,13 +89,9 @@ def _compare(
     if defects.non_finite or len(images.seeds) < 2:
         note = note or ("one image" if not defects.non_finite else "pixels are not finite")
         return _Comparison(job, model, tracer, None, None, defects, note)
-    # Where the answer is known every sample may bring it, and the truth alone choose at random.
-    varies = bool((truth.mean_variance > 0.0).any()) and not job.description.get("answers")
-    if varies and len({image.tobytes() for image in images.images}) < len(images.seeds):
-        note = note or "images of different seeds are equal, so that their spread means nothing"
-    bias = judge_equivalence(relative_bias(stack, truth, GATE_LEVEL), delta, truth.batches.shape[0])
-    tiles = compare_tiles(stack, truth.batches, rounding_bound(images.spp), tile)
-    return _Comparison(job, model, tracer, bias, tiles, defects, note)
+    independent = not job.description.get("answers")
+    found = compare_images(stack, images.spp, truth, bound, independent=independent)
+    return _Comparison(job, model, tracer, found.bias, found.tiles, defects, note or found.note)
 
 
 def _failure(images: ImageSet | None) -> str:
@@ -138,32 +100,30 @@ def _failure(images: ImageSet | None) -> str:
     return f"{len(images.failures)} seeds failed: {images.failures[0]}" if images.failures else ""
 
 
+def is_control(tracer: str) -> bool:
+    """Whether a tracer is that of the truth: judging it checks the statistics, not the tracer."""
+    return tracer.startswith("mitsuba")
+
+
 def _judge(comparison: _Comparison, level: float) -> Judgement:
     bias, tiles, defects = comparison.bias, comparison.tiles, comparison.defects
-    tile_verdict = Verdict.NOT_ENOUGH_SAMPLES
-    if tiles is not None:
-        if (tiles.p < level).any():
-            tile_verdict = Verdict.FAIL
-        elif not tiles.detectable(level) > VISIBLE:
-            # A black image has no tile of which an error could be a share: nothing differs.
-            tile_verdict = Verdict.PASS
-    verdicts = {bias.verdict if bias else Verdict.NOT_ENOUGH_SAMPLES, tile_verdict}
+    missing = Verdict.NOT_ENOUGH_SAMPLES
+    of_tiles = missing if tiles is None else tile_verdict(tiles, level)
+    verdicts = {bias.verdict if bias else missing, of_tiles}
     if comparison.note or (defects is not None and defects.any):
         verdicts.add(Verdict.FAIL)
-    # The worst of them: FAIL before NOT ENOUGH SAMPLES before PASS.
-    worst = max(verdicts, key=list(Verdict).index)
     return Judgement(
         scene=comparison.job.name,
         model=comparison.model,
         tracer=comparison.tracer,
-        verdict=worst,
+        verdict=worst(verdicts),
         bias=bias,
         tiles=tiles,
-        tile_verdict=tile_verdict,
+        tile_verdict=of_tiles,
         tile_level=level,
         defects=defects,
         note=comparison.note,
-        control=comparison.tracer.startswith("mitsuba"),
+        control=is_control(comparison.tracer),
     )
 
 
@@ -175,8 +135,11 @@ def judge(jobs: list[SceneJob], settings: GateSettings) -> tuple[list[Judgement]
     """
     comparisons: list[_Comparison] = []
     absent: list[Absent] = []
+    subjects = sum(len(job.tracers(model)) for job in jobs for model in job.models)
+    strict = settings.strict(TESTS * subjects)
     for job in jobs:
-        bound = settings.caustic_delta if job.caustic else settings.delta
+        delta = settings.caustic_delta if job.caustic else settings.delta
+        bound = Bound(delta, strict, settings.tile)
         for model in job.models:
             failed = {}
             for row in job.absent(model):
@@ -191,9 +154,10 @@ def judge(jobs: list[SceneJob], settings: GateSettings) -> tuple[list[Judgement]
                     note = f"failed: {failed.get(tracer, 'there is no truth')}"
                     comparisons.append(_Comparison(job, model, tracer, None, None, None, note))
                 else:
-                    comparisons.append(_compare(job, model, tracer, truth, bound, settings.tile))
+                    comparisons.append(_compare(job, model, tracer, truth, bound))
     family = sum(c.tiles.p.size for c in comparisons if c.tiles is not None)
-    level = sidak_level(max(family, 1), settings.alpha)
+    # As many again are compared with the baseline.
+    level = settings.tile_level(2 * family)
     return [_judge(comparison, level) for comparison in comparisons], absent
 
 
@@ -260,20 +224,36 @@ def worst_code(*codes: int) -> int:
     return max(codes, key=(0, 2, 1).index)
 
 
-def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
+def compare_with_baseline(
+    jobs: list[SceneJob], settings: GateSettings, baseline: Path | None
+) -> list[Regression]:
+    """Compare a run with a baseline; empty without one. Raises ResultsError for damaged files."""
+    before = read_baseline(baseline) if baseline is not None else []
+    if not before:
+        return []
+    now = [row for job in jobs for row in snapshots_of(job, settings.tile)]
+    caustic = {job.name for job in jobs if job.caustic}
+    return judge_changes(now, before, settings, caustic)
+
+
+def check(
+    results_dir: Path, gate: Mapping[str, Any] | None = None, baseline: Path | None = None
+) -> int:
     """Print one line a scene, model and tracer, and a summary; returns the exit code.
 
-    gate: `delta`, `caustic_delta`, `alpha` and `tile` as of GateSettings; without it, the settings
-    that the run recorded. 0: all pass. 1: one fails, or there is nothing to judge. 2: not enough
-    samples.
+    gate: as of GateSettings; without it, the settings that the run recorded. baseline: a folder
+    that `./bench baseline` has written; without it, only the truth is asked. 0: all pass. 1: one
+    fails, or there is nothing to judge. 2: not enough samples.
     """
     try:
         jobs = read_jobs(results_dir)
+        rendered = [*jobs, *read_study(results_dir)]
         settings = settings_of(jobs) if gate is None else GateSettings(**gate)
         judgements, absent = judge(jobs, settings)
         answers = judge_answers(jobs)
         eye_rays = [row for job in jobs for row in eye_rays_of(job)]
         slopes = judge_slopes(results_dir / "measurements.csv", jobs)
+        changes = compare_with_baseline(jobs, settings, baseline)
     except ResultsError as error:
         print(f"check: {error}", file=sys.stderr)
         return 1
@@ -291,7 +271,7 @@ def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
     print(
         f"{counts[Verdict.PASS]} pass, {counts[Verdict.FAIL] + len(missing)} fail, "
         f"{counts[Verdict.NOT_ENOUGH_SAMPLES]} not enough samples, {len(absent)} skipped; "
-        f"{tiles} tiles, each tested at {level:.1e} so that all together err with "
+        f"{tiles} tiles, each tested at {level:.1e} so that the whole check errs with "
         f"probability {settings.alpha:g}"
     )
     for line in describe_answers(answers):
@@ -300,12 +280,19 @@ def check(results_dir: Path, gate: Mapping[str, Any] | None = None) -> int:
         print(row.describe())
     for line in describe_slopes(slopes):
         print(line)
-    for line in describe_films(jobs):
+    for line in describe_films(rendered):
+        print(line)
+    for line in describe_changes(changes) if baseline else []:
         print(line)
     return worst_code(
         1 if missing else exit_code(judgements),
         exit_code_of(row.verdict for row in answers),
         0 if all(row.passed for row in eye_rays) else 1,
         exit_code_of(row.verdict for row in slopes),
-        films_exit_code(jobs),
+        films_exit_code(rendered),
+        exit_code_of(
+            row.verdict
+            for row in changes
+            if row.verdict is Verdict.FAIL or not is_control(row.subject[-1])
+        ),
     )

@@ -1,11 +1,13 @@
 """Runs the generators of scenes/generators, which make the files that are not committed."""
 
 import importlib
+import shutil
 import sys
 import tempfile
 from pathlib import Path
 
 from harness.scene.generated import TABLE, GeneratedScene, generated_scenes
+from harness.whole_files import written_whole
 
 GENERATORS = TABLE.parent
 
@@ -28,12 +30,12 @@ def write_files(scene: GeneratedScene, folder: Path) -> list[Path]:
 
 
 def generate_scene(scene: GeneratedScene) -> None:
-    """Make the files of a scene anew; each is complete or not there, whenever this is stopped."""
-    with tempfile.TemporaryDirectory(prefix=".partial-", dir=scene.folder) as temporary:
-        made = write_files(scene, Path(temporary))
-        for file, path in zip(made, scene.paths, strict=True):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            file.replace(path)
+    """Make the files of a scene anew; all are complete or not there, whenever this is stopped."""
+    # Not beside the scene: what a killed process leaves there would count as files of the scene.
+    with tempfile.TemporaryDirectory() as folder, written_whole(*scene.paths) as temporaries:
+        made = write_files(scene, Path(folder))
+        for file, temporary in zip(made, temporaries, strict=True):
+            shutil.copyfile(file, temporary)
 
 
 def generate_outdated() -> None:

@@ -10,8 +10,8 @@ from harness.scene.checks import MAX_PIXELS, too_large
 
 
 def check_run(config: Config, scenes: Collection[str] | None = None) -> None:
-    """Refuse a run with a scene that has no model in it, with too large a picture, or whose results
-    cannot be written.
+    """Refuse a run with a scene that has no model in it, with too large a picture, with a study in
+    a model that its scene is not for, or whose results cannot be written.
 
     scenes: names of the scenes that are asked for, all of the run where None. Cheap: reads the
     scenes' settings, not the scenes.
@@ -36,6 +36,12 @@ def check_run(config: Config, scenes: Collection[str] | None = None) -> None:
         width, height = config.resolution(name)
         if (width or 1) * (height or 1) > MAX_PIXELS:
             raise ConfigError(f"config: resolution of {name}: {too_large(width, height)}")
+    for name, model in config.study_panels:
+        known = load_settings(config.study_scenes[name]).models
+        if model not in known:
+            raise ConfigError(
+                f"config: study: {name} is a scene for {', '.join(known)}, not for {model}"
+            )
     check_writable(config.results_dir)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from harness.scene import Scene, SceneError, load_scene
 from harness.scene.plugins import SUPPORTED
+from harness.whole_files import written_whole
 
 FOV = 40.0
 """Degrees, on both sides of the added camera's square film."""
@@ -95,7 +96,8 @@ def _read(source: Path) -> "ET.ElementTree[ET.Element]":
 
 def _write(tree: "ET.ElementTree[ET.Element]", target: Path) -> None:
     ET.indent(tree, "    ")
-    tree.write(target, encoding="utf-8")
+    with written_whole(target) as (temporary,):
+        tree.write(temporary, encoding="utf-8")
 
 
 def _replace(root: ET.Element, old: str, new: str, source: Path) -> list[str]:

@@ -10,6 +10,7 @@ from PIL import Image as PillowImage
 
 from harness.report.picture import encode_srgb, exposure_of
 from harness.scene import load_scene, load_settings
+from harness.whole_files import write_whole
 
 FILE = "thumbnail.png"
 LONGER_SIDE = 192
@@ -98,7 +99,7 @@ def write_thumbnail(folder: Path, threads: int, samples: int = SAMPLES) -> Path:
     """Render a scene's thumbnail and write it into its folder, exposed as in the report."""
     radiance = render_thumbnail(folder, threads, samples)
     path = folder / FILE
-    path.write_bytes(encode_thumbnail(encode_srgb(radiance * exposure_of(radiance))))
+    write_whole(path, encode_thumbnail(encode_srgb(radiance * exposure_of(radiance))))
     return path
 
 
@@ -120,5 +121,7 @@ def write_sheet(folders: Sequence[Path], path: Path) -> Path:
         top = row * pitch + (SHEET_SIDE - small.height) // 2
         sheet.paste(small, (left, top))
     # Not a palette as for one thumbnail: together they have too many colours.
-    sheet.save(path, format="JPEG", quality=90, optimize=True)
+    content = io.BytesIO()
+    sheet.save(content, format="JPEG", quality=90, optimize=True)
+    write_whole(path, content.getvalue())
     return path

@@ -20,7 +20,7 @@ from haste_cuda._core import (
     trace_cpu,
     trace_embree,
 )
-from haste_cuda.gpu import cuda_unavailable, device_info, render_cuda, trace_cuda
+from haste_cuda.gpu import copy_rates, cuda_unavailable, device_info, render_cuda, trace_cuda
 
 __all__ = [
     "Camera",
@@ -32,6 +32,7 @@ __all__ = [
     "Settings",
     "Shape",
     "build_info",
+    "copy_rates",
     "cuda_unavailable",
     "device_info",
     "render_cpu",

@@ -20,6 +20,12 @@ def device_info(ordinal: int = 0) -> dict[str, Any]:
     return _core.device_info(ordinal)
 
 
+def copy_rates(size: int, repeats: int = 5) -> dict[str, float]:
+    """Bytes a second of copies of `size` bytes: see `_core.copy_rates`. Raises CudaError."""
+    configure()
+    return _core.copy_rates(size, repeats)
+
+
 def render_cuda(
     scene: _core.Scene, model: str, settings: _core.Settings, **schedule: Any
 ) -> dict[str, Any]:

@@ -10,6 +10,14 @@ import pytest
 os.environ["MPLBACKEND"] = "Agg"
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--killed-preset",
+        metavar="FILE",
+        help="also run this preset of config/ whole, twice, killing the second run twenty times",
+    )
+
+
 def pytest_sessionstart() -> None:
     """Make the files of scenes that are generated and not there, or old: a few seconds, once."""
     from harness.generate import generate_outdated

@@ -35,7 +35,7 @@ echo "apt-get $*" >>"$STATE/calls"
 [[ ! -e $STATE/apt-is-broken ]] || exit 100
 case $1 in
     update) rm -f "$STATE/no-lists" ;;
-    install) [[ ! -e $STATE/no-lists ]] && cp "$STATE/bin/true" "$STATE/bin/git" ;;
+    install) [[ ! -e $STATE/no-lists ]] && cp --remove-destination "$STATE/bin/"{true,git} ;;
 esac
 """
 
@@ -95,8 +95,8 @@ def checkout(tmp_path: Path) -> Checkout:
         found = shutil.which(tool)
         assert found, f"{tool} is not on PATH"
         (state / "bin" / tool).symlink_to(found)
-    for compiler in ("c++", "git"):
-        (state / "bin" / compiler).symlink_to(state / "bin" / "true")
+    for name in ("c++", "git", "sbatch"):
+        (state / "bin" / name).symlink_to(state / "bin" / "true")
     for name, text in {"python3": PYTHON, "apt-get": APT_GET, "sudo": SUDO}.items():
         script = state / "bin" / name
         script.write_text(text)
@@ -125,6 +125,8 @@ def test_help_lists_every_command(checkout: Checkout) -> None:
         "all",
         "test",
         "check",
+        "baseline",
+        "compare",
         "features",
         "lint",
         "setup",
@@ -219,6 +221,28 @@ def test_the_package_lists_are_fetched_where_installing_needs_them(checkout: Che
     assert result.returncode == 0, result.stderr
     apt = [call.split()[1] for call in checkout.calls() if call.startswith("apt-get")]
     assert apt == ["install", "update", "install"]
+
+
+def test_the_tests_get_their_own_packages_once_and_no_other_command_asks(
+    checkout: Checkout,
+) -> None:
+    (checkout.state / "bin" / "sbatch").unlink()
+    assert checkout.run("setup").returncode == 0
+    assert [call for call in checkout.calls() if "apt-get" in call] == []
+    assert checkout.run("test").returncode == 0
+    wanted = "apt-get install --yes --no-install-recommends slurm-wlm munge"
+    assert [call for call in checkout.calls() if "apt-get" in call] == [wanted]
+    assert checkout.run("test").returncode == 0
+    assert checkout.calls() == ["python -m pytest"]
+
+
+def test_tests_run_where_their_own_packages_cannot_be_installed(checkout: Checkout) -> None:
+    (checkout.state / "bin" / "sbatch").unlink()
+    checkout.arrange("apt-is-broken")
+    result = checkout.run("test")
+    assert result.returncode == 0, result.stderr
+    assert "the test of profiles/slurm will be skipped: no slurm-wlm munge" in result.stderr
+    assert checkout.calls()[-1] == "python -m pytest"
 
 
 def refusal_names_the_command(result: subprocess.CompletedProcess[str]) -> None:

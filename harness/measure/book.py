@@ -1,4 +1,4 @@
-"""The times and ray counts of one scene's job, kept in timing.json and rays.json."""
+"""The times, ray counts and hashes of one scene's job, kept in three JSON files."""
 
 from collections import defaultdict
 from dataclasses import asdict
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.measure.files import key_of, read_json, write_json
-from harness.measure.messages import Render
+from harness.measure.messages import Loaded, Render
 from harness.measure.plan import Subject
 from harness.tracers.base import RenderResult
 
@@ -20,7 +20,10 @@ def _count_key(subject: Subject, request: Render) -> str:
 
 
 class TimeBook:
-    """Timed and counted renders; both files are written whole after every render.
+    """Timed and counted renders, and what was loaded for them.
+
+    timing.json, rays.json and hashes.json are written whole whenever something is added, so that a
+    job that is killed forgets nothing.
 
     Parameters
     ----------
@@ -31,8 +34,10 @@ class TimeBook:
     def __init__(self, folder: Path) -> None:
         self._times = folder / "timing.json"
         self._counts = folder / "rays.json"
+        self._hashes = folder / "hashes.json"
         self.rows: list[Row] = read_json(self._times) or []
         self.counts: list[Row] = read_json(self._counts) or []
+        self.hashes: dict[str, str] = read_json(self._hashes) or {}
 
     def keep_only(self, keys: set[str], subjects: set[str]) -> None:
         """Forget rows of other settings, other code or another state of the scene."""
@@ -44,6 +49,11 @@ class TimeBook:
         """Add a timed render."""
         self.rows.append(row)
         write_json(self._times, self.rows)
+
+    def add_hashes(self, loaded: Loaded) -> None:
+        """Keep the hashes of what a tracer has loaded: not every resumed job loads it again."""
+        self.hashes |= loaded.hashes
+        write_json(self._hashes, self.hashes)
 
     def counted(self, subject: Subject, request: Render) -> Row | None:
         """Find the counted render of the same engine, seed and samples."""

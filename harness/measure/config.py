@@ -163,10 +163,44 @@ class Config:
         own = self.values["tracer_settings"].get(tracer, {}).get("timing_spp", {})
         return own.get(model, self.values["timing"]["spp"][model])
 
+    def knobs_spp(self, model: str, tracer: str) -> int:
+        """Samples a pixel of an image of the sweep of knobs."""
+        own = self.values["tracer_settings"].get(tracer, {}).get("knobs_spp", {})
+        return int(own.get(model, self.values["knobs"]["spp"][model]))
+
     def packet_sizes(self, tracer: str) -> list[int]:
         """Sizes of the sweep of packets."""
         least = self.values["tracer_settings"].get(tracer, {}).get("least_packet", 1)
         return [size for size in self.values["packets"]["sizes"] if size >= least]
+
+    @property
+    def study_scenes(self) -> dict[str, Path]:
+        """Name and place of each scene of the study of packets, in the order of the settings."""
+        elsewhere = self.values["study"]["elsewhere"]["scenes"]
+        found = [find_scene(scene) for scene in (*self.values["study"]["panels"], *elsewhere)]
+        return {scene_name(path): path for path in found}
+
+    @property
+    def study_panels(self) -> list[tuple[str, str]]:
+        """Scene and model of each job of the study of packets."""
+        study = self.values["study"]
+        panels = [(name, model) for name, models in study["panels"].items() for model in models]
+        elsewhere = study["elsewhere"]
+        panels += [(name, model) for name in elsewhere["scenes"] for model in elsewhere["models"]]
+        return list(dict.fromkeys(panels))
+
+    def study_dir(self, scene: str, model: str) -> Path:
+        """Where the files of one job of the study of packets are written."""
+        return self.results_dir / "study" / scene / model
+
+    def study_sizes(self, tracer: str, scene: str, model: str) -> list[int]:
+        """Rays in a launch: all sizes where a panel is the study's own, a few elsewhere."""
+        study = self.values["study"]
+        own = model in study["panels"].get(scene, [])
+        limits = self.values["tracer_settings"].get(tracer, {})
+        sizes = study["sizes"] if own else study["elsewhere"]["sizes"]
+        least, most = limits.get("least_packet", 1), limits.get("most_packet", max(sizes))
+        return [size for size in sizes if least <= size <= most]
 
     def _convergence(self, scene: str) -> dict[str, Any]:
         own = self.values["scene_settings"].get(scene, {}).get("convergence", {})
@@ -233,6 +267,9 @@ def check_config(values: Mapping[str, Any]) -> Config:
         ("scene_settings", checked["scene_settings"]),
         ("packets.scenes", checked["packets"]["scenes"]),
         ("engines.scenes", checked["engines"]["scenes"]),
+        ("study.panels", checked["study"]["panels"]),
+        ("study.elsewhere.scenes", checked["study"]["elsewhere"]["scenes"]),
+        ("knobs.scenes", checked["knobs"]["scenes"]),
     ):
         for name in names:
             if name not in known:

@@ -2,37 +2,19 @@
 
 import hashlib
 import json
-import os
-import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-
-def write_file(path: Path, write: Callable[[BinaryIO], object]) -> None:
-    """Write a file with `write`, whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    # In the same folder: a rename is atomic within one file system only.
-    descriptor, temporary = tempfile.mkstemp(prefix=".partial-", dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            write(file)
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(temporary).chmod(0o666 & ~umask)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+from harness.whole_files import partial_files, write_array, write_whole
 
 
 def write_json(path: Path, value: object) -> None:
     """Write a JSON file, whole or not at all."""
-    text = json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n"
-    write_file(path, lambda file: file.write(text.encode()))
+    write_whole(path, json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
 def read_json(path: Path) -> Any:
@@ -45,8 +27,7 @@ def read_json(path: Path) -> Any:
 
 def write_image(path: Path, image: NDArray[np.floating]) -> None:
     """Write an image [height, width, 3] as a float32 .npy file, whole or not at all."""
-    pixels = np.ascontiguousarray(image, dtype=np.float32)
-    write_file(path, lambda file: np.save(file, pixels, allow_pickle=False))
+    write_array(path, np.ascontiguousarray(image, dtype=np.float32))
 
 
 def key_of(parts: Mapping[str, object]) -> str:
@@ -64,10 +45,15 @@ def hash_files(paths: Iterable[Path]) -> str:
     return total.hexdigest()
 
 
-def remove_partial(folder: Path) -> None:
-    """Remove what a killed process left half written."""
-    for path in folder.rglob(".partial-*"):
-        path.unlink(missing_ok=True)
+def remove_partial(folder: Path, *, of_truth: bool) -> None:
+    """Remove what a killed process left half written below a scene's folder.
+
+    The truth and the tracers of a scene may be at work side by side, on two machines; each clears
+    away its own only.
+    """
+    for partial, path in list(partial_files(folder)):
+        if (path.parts[0] in {"truth", "truth.json"}) == of_truth:
+            partial.unlink(missing_ok=True)
 
 
 def keep_only(folder: Path, wanted: set[Path]) -> None:

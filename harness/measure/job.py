@@ -4,21 +4,25 @@ Each image is a file that is complete or not there, and so is each table of time
 interrupted goes on from those whose key says that they are still what is wanted.
 """
 
+import platform
 import resource
+import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from harness.locks import alone
 from harness.measure.answers import expected_answers
 from harness.measure.book import TimeBook
 from harness.measure.config import Config
 from harness.measure.crew import Crew
 from harness.measure.eye_rays import measure_eye_rays
-from harness.measure.files import keep_only, read_json, remove_partial, write_json
+from harness.measure.files import keep_only, remove_partial, write_json
 from harness.measure.model_job import ModelJob, Share
 from harness.measure.plan import (
     plan_convergence,
     plan_engines,
+    plan_knobs,
     plan_packets,
     plan_seeds,
     plan_timing,
@@ -30,6 +34,8 @@ from harness.scene import RenderSettings, Scene, Settings, load_scene, load_sett
 
 SUMMARY = "measured.json"
 """Written last: that it is there says that the job is complete."""
+UNTAKEN = "untaken.json"
+"""Turns of knobs that a tracer has not, and why."""
 
 
 def _shares(
@@ -44,6 +50,7 @@ def _shares(
     shares = []
     for tracer, ready in crew.probe(config["tracers"], render.model).items():
         subject = subject_of(scene, tracer, render, crew.threads, recentre=settings.recentre)
+        knobs, untaken = plan_knobs(config, subject, render, ready.knobs) if timed else ([], [])
         shares.append(
             Share(
                 subject=subject,
@@ -53,6 +60,8 @@ def _shares(
                 convergence=plan_convergence(config, subject) if timed else [],
                 packets=plan_packets(config, subject, ready.engines) if timed else [],
                 engines=plan_engines(config, subject, ready.engines) if timed else [],
+                knobs=knobs,
+                untaken=untaken,
             )
         )
     return shares
@@ -77,6 +86,8 @@ def _describe(scene: Scene, settings: Settings, size: tuple[int, int]) -> dict[s
 def measure_scene(config: Config, name: str, threads: int) -> Path:
     """Render and time everything that the settings ask for in one scene.
 
+    One process at a time does that; another one waits, and finds what the first has completed.
+
     Parameters
     ----------
     config
@@ -98,11 +109,16 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     reference.analytic.AnswerError
         The scene has no such known answer.
     """
+    progress = Progress(name)
+    with alone(config.scene_dir(name) / ".measure.lock", progress.say):
+        return _measure(config, name, threads, progress)
+
+
+def _measure(config: Config, name: str, threads: int, progress: Progress) -> Path:
+    started = time.time()
     scene_path = config.scenes[name]
     folder = config.scene_dir(name)
-    folder.mkdir(parents=True, exist_ok=True)
-    remove_partial(folder)
-    progress = Progress(name)
+    remove_partial(folder, of_truth=False)
     settings = load_settings(scene_path)
     width, height = config.resolution(name)
     models = [model for model in config["models"] if model in settings.models]
@@ -112,7 +128,6 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     write_json(folder / "provenance.json", provenance(config, scene, threads))
 
     seconds: dict[str, float] = {}
-    hashes: dict[str, str] = (read_json(folder / "scene.json") or {}).get("hashes", {})
     with Crew(config["tracers"], threads, config["timeout_seconds"]) as crew:
         for model in config["models"]:
             if model not in models:
@@ -125,7 +140,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
             {time.key for share in shares for time in share.times},
             {share.subject.key for share in shares},
         )
-        for kind in ("seeds", "convergence"):
+        for kind in ("seeds", "convergence", "knobs"):
             keep_only(
                 folder / kind,
                 {folder / image.stem for share in shares for image in share.images},
@@ -140,9 +155,7 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
         )
         for model in models:
             start = progress.elapsed
-            job = ModelJob(crew, progress, book, folder, scene_path, renders[model])
-            for loaded in job.run(todo[model]).values():
-                hashes |= loaded.hashes
+            ModelJob(crew, progress, book, folder, scene_path, renders[model]).run(todo[model])
             seconds[model] = progress.elapsed - start
         measure_eye_rays(crew, config["tracers"], scene_path, folder)
         rows = crew.rows
@@ -154,13 +167,26 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
         folder / "scene.json",
         {
             **description,
-            **hashes,
+            **book.hashes,
             "answers": answers,
-            "hashes": hashes,
+            "hashes": book.hashes,
             "films": book.films(),
         },
     )
     write_json(folder / "skipped.json", rows)
+    untaken = [one for share in shares for one in share.untaken]
+    write_json(
+        folder / UNTAKEN,
+        [
+            {
+                "tracer": one.subject.tracer,
+                "model": one.subject.model,
+                "case": one.case,
+                "reason": one.reason,
+            }
+            for one in untaken
+        ],
+    )
     book.save()
     _say_budget(config, progress)
     summary = folder / SUMMARY
@@ -169,6 +195,9 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
         {
             "scene": name,
             "threads": threads,
+            "host": platform.node(),
+            "started": started,
+            "ended": time.time(),
             "seconds": seconds,
             "processor_seconds": _processor_seconds(),
             "renders": progress.done,

@@ -80,13 +80,13 @@ def version_of(package: str) -> str | None:
 
 def tracer_code(tracer: str) -> str:
     """Hash the code that a tracer's images come from: our sources and what they call."""
+    files = [*(ROOT / "harness" / "scene").rglob("*.py"), ROOT / "harness/tracers/base.py"]
     if tracer.startswith("mitsuba"):
-        folders = ("harness/scene", "reference/mitsuba")
-        files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+        files += [*(ROOT / "reference/mitsuba").rglob("*.py"), ROOT / "harness/tracers/mitsuba.py"]
         versions = f"{version_of('mitsuba')} {version_of('drjit')}"
     else:
         # Kernels for the GPU are compiled from the headers at run time.
-        files = [*(ROOT / "harness" / "scene").rglob("*.py"), ROOT / "harness/tracers/haste.py"]
+        files += [ROOT / "harness/tracers/haste.py", *(ROOT / "haste_cuda").glob("*.py")]
         files += [*(ROOT / "haste_cuda").rglob("*.h"), *(ROOT / "haste_cuda").rglob("*.cuh")]
         extension = extension_path()
         files += [extension] if extension else []

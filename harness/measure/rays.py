@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from harness.eye_rays import Seen
+from harness.locks import alone
 from harness.measure.config import Config
 from harness.measure.counters import read_clocks
 from harness.measure.crew import Crew, NoHits
@@ -94,10 +95,14 @@ def replay_scene(config: Config, name: str, threads: int) -> Path:
     RaysError
         Its rays cannot be made.
     """
+    progress, folder = Progress(name), config.ray_dir(name)
+    with alone(folder / ".rays.lock", progress.say):
+        remove_partial(folder, of_truth=False)
+        return _replay(config, name, threads, progress)
+
+
+def _replay(config: Config, name: str, threads: int, progress: Progress) -> Path:
     scene_path, folder = config.ray_scenes[name], config.ray_dir(name)
-    folder.mkdir(parents=True, exist_ok=True)
-    remove_partial(folder)
-    progress = Progress(name)
     settings = load_settings(scene_path)
     scene = load_scene(scene_path, recentre=settings.recentre)
     render = unshaded_settings(settings, scene.camera.width, scene.camera.height)
@@ -287,15 +292,13 @@ class _Job:
         return answer
 
     def _look(self, name: str, variant: Variant, count: int) -> None:
-        """Trace once to see what is hit, then so often that what follows is warm."""
-        answer = self._ask(name, variant, hits=True)
+        """Trace to see what is hit, and so often that what follows is warm."""
+        answer = self._ask(name, variant, hits=True, repeats=self._settings["warm_ups"])
         if answer is None or answer.t is None or answer.primitive is None:
             return
         variant.first, variant.rays = answer, answer.rays
         places = evenly(count, variant.most or count)
         variant.sight = Sight(places, Seen(answer.t, answer.primitive))
-        if math.isfinite(answer.times[-1]):
-            self._ask(name, variant, repeats=self._settings["warm_ups"])
 
     def _compare(self, name: str, rays: Rays, variants: Sequence[Variant]) -> dict[str, Any]:
         """What differs from double precision, and from the first way of every tracer."""

@@ -1,7 +1,10 @@
 """The ground truth of one scene: Mitsuba's images in independent batches."""
 
+import platform
+import time
 from pathlib import Path
 
+from harness.locks import alone
 from harness.measure.config import Config
 from harness.measure.files import remove_partial, write_json
 from harness.measure.progress import Progress
@@ -15,8 +18,8 @@ def truth_scene(config: Config, name: str, threads: int) -> Path:
     """Render the ground truth of one scene in each of its models.
 
     A model that Mitsuba cannot render on this machine, or only with pixels that are not finite, is
-    noted with the reason. Batches that are
-    there already, from the same scene, settings and code, are kept.
+    noted with the reason. Batches that are there already, from the same scene, settings and code,
+    are kept. One process at a time renders a scene's truth; another one waits.
 
     Parameters
     ----------
@@ -37,14 +40,20 @@ def truth_scene(config: Config, name: str, threads: int) -> Path:
     harness.scene.SceneError
         The scene cannot be imported.
     """
+    progress = Progress(name)
+    with alone(config.scene_dir(name) / ".truth.lock", progress.say):
+        return _render(config, name, threads, progress)
+
+
+def _render(config: Config, name: str, threads: int, progress: Progress) -> Path:
     from reference.mitsuba import UnavailableVariantError, render_truth
 
+    started = time.time()
     scene_path = config.scenes[name]
     folder = config.scene_dir(name)
-    remove_partial(folder)
+    remove_partial(folder, of_truth=True)
     settings = load_settings(scene_path)
     width, height = config.resolution(name)
-    progress = Progress(name)
     done: dict[str, dict[str, float]] = {}
     skipped: list[dict[str, str]] = []
     for model in config["models"]:
@@ -72,5 +81,15 @@ def truth_scene(config: Config, name: str, threads: int) -> Path:
             done[model] = {"batches": batches, "spp": spp, "seconds": progress.elapsed - start}
     progress.say(f"truth complete in {progress.elapsed:.0f} s")
     summary = folder / SUMMARY
-    write_json(summary, {"scene": name, "models": done, "skipped": skipped})
+    write_json(
+        summary,
+        {
+            "scene": name,
+            "host": platform.node(),
+            "started": started,
+            "ended": time.time(),
+            "models": done,
+            "skipped": skipped,
+        },
+    )
     return summary

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.measure.files import write_file
 from harness.tracers.rays import Rays
+from harness.whole_files import written_whole
 
 PARTS = ("origins", "directions", "t_min", "t_max")
 
@@ -18,7 +18,8 @@ def write_rays(path: Path, rays: Mapping[str, Rays]) -> None:
     A zip file without compression: directions are noise, which none makes smaller.
     """
     arrays = {f"{name}.{part}": getattr(one, part) for name, one in rays.items() for part in PARTS}
-    write_file(path, lambda file: np.savez(file, **arrays))
+    with written_whole(path) as (temporary,), temporary.open("wb") as file:
+        np.savez(file, **arrays)
 
 
 def read_rays(path: Path, name: str) -> Rays:

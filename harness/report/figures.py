@@ -50,7 +50,8 @@ def _error_bars(
     axes.plot(x, value, color=colour_of(tracer), marker=marker_of(tracer), mfc="white", **style)
 
 
-def _powers_of_two(axes: Axes, values: Iterable[int], every: int = 1) -> None:
+def powers_of_two(axes: Axes, values: Iterable[int], every: int = 1) -> None:
+    """Make the horizontal axis logarithmic, with ticks at every so many of the values."""
     ticks = sorted(set(values))[::every]
     axes.set_xscale("log", base=2)
     axes.xaxis.set_major_locator(FixedLocator(ticks))
@@ -62,9 +63,18 @@ def _positive(found: dict[int, Interval]) -> dict[int, Interval]:
     return {key: interval for key, interval in found.items() if interval.value > 0.0}
 
 
+def _converging(measurements: Measurements, scene: str, model: str) -> list[str]:
+    """Tracers with images at several sample counts."""
+    return [
+        tracer
+        for tracer in measurements.tracers("image_seconds", scene, model)
+        if measurements.sweep("image_seconds", "spp", scene=scene, model=model, tracer=tracer)
+    ]
+
+
 def plot_convergence(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
     """Error against samples a pixel, one panel a model; None without convergence images."""
-    panels = [model for model in models if measurements.tracers("image_seconds", scene, model)]
+    panels = [model for model in models if _converging(measurements, scene, model)]
     if not panels:
         return None
     with figure_style():
@@ -74,7 +84,7 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
             counts: set[int] = set()
             top = 0.0
             slopes = []
-            for tracer in measurements.tracers("image_seconds", scene, model):
+            for tracer in _converging(measurements, scene, model):
                 where = {"scene": scene, "model": model, "tracer": tracer}
                 found = _positive(measurements.sweep("relmse", "spp", **where))
                 if not found:
@@ -94,7 +104,7 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
                 axes.axhline(noise.value, color=FAINT, ls=":", lw=1.2, zorder=0)
             axes.set_yscale("log")
             axes.yaxis.set_minor_locator(NullLocator())
-            _powers_of_two(axes, counts)
+            powers_of_two(axes, counts)
             _write_slopes(axes, slopes)
             axes.set_title(model)
             axes.set_xlabel("samples a pixel")
@@ -128,7 +138,7 @@ def _write_slopes(axes: Axes, slopes: list[tuple[str, Interval | None]]) -> None
 
 def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
     """Time of an image against its relMSE, one panel a model; None without convergence images."""
-    panels = [model for model in models if measurements.tracers("image_seconds", scene, model)]
+    panels = [model for model in models if _converging(measurements, scene, model)]
     if not panels:
         return None
     with figure_style():
@@ -136,7 +146,7 @@ def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Fig
         seen: set[str] = set()
         for axes, model in zip(all_axes, panels, strict=False):
             corners = []
-            for tracer in measurements.tracers("image_seconds", scene, model):
+            for tracer in _converging(measurements, scene, model):
                 where = {"scene": scene, "model": model, "tracer": tracer}
                 errors = _positive(measurements.sweep("relmse", "spp", **where))
                 times = measurements.sweep("image_seconds", "spp", **where)
@@ -214,8 +224,8 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
                     place = (knee, 1e-6 * found[knee].value)
                     axes.plot(*place, color=colour_of(tracer), marker=marker_of(tracer), ms=6.5)
                 top = max(top, _reference(axes, measurements, panel, tracer))
-            _powers_of_two(axes, sizes, max(1, len(sizes) // 4))
-            axes.xaxis.set_major_formatter(FuncFormatter(_power_of_two))
+            powers_of_two(axes, sizes, max(1, len(sizes) // 4))
+            axes.xaxis.set_major_formatter(FuncFormatter(power_of_two))
             # Intervals of a few repeats may be huge; the values must stay readable.
             axes.set_ylim(0.0, 1.25 * top)
             axes.set_title(f"{panel[0]}, {panel[1]}")
@@ -233,7 +243,8 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
     return figure
 
 
-def _power_of_two(value: float, _: object) -> str:
+def power_of_two(value: float, _: object) -> str:
+    """Text of an axis whose ticks are powers of two, with binary prefixes."""
     exponent = int(np.round(np.log2(value)))
     if exponent < 10:
         return str(2**exponent)

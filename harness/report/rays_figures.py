@@ -44,6 +44,11 @@ def _fastest(rows: Sequence[RayRow], other: str, name: str) -> dict[tuple[str, s
     return best
 
 
+def _times(value: float, _: int) -> str:
+    """Name a tick of a ratio; below 1 as a fraction, which is the shorter."""
+    return f"{value:g}" if value >= 1 else f"1/{1 / value:g}"
+
+
 def plot_ray_ratios(rows: Sequence[RayRow], other: str) -> Figure | None:
     """Rays a second of every tracer in its fastest way over those of `other`, a panel a class.
 
@@ -65,7 +70,7 @@ def plot_ray_ratios(rows: Sequence[RayRow], other: str) -> Figure | None:
                 axes.plot(ratio.value, line, color=colour, marker=marker_of(tracer), ms=5.0)
             axes.axvline(1.0, color=INK, lw=0.8, zorder=0)
             axes.set_xscale("log", base=2)
-            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axes.xaxis.set_major_formatter(FuncFormatter(_times))
             axes.xaxis.set_minor_locator(NullLocator())
             axes.set_ylim(len(scenes) - 0.5, -0.5)
             axes.set_yticks(range(len(scenes)), scenes if place % COLUMNS == 0 else [])

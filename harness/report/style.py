@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from harness.tracers.registry import COLOURS
+from harness.whole_files import write_whole
 
 MARKERS = {
     "haste-cuda": "D",
@@ -96,9 +98,9 @@ def make_panels(rows: int, columns: int, panel_height: float) -> tuple[Figure, l
 
 def save_svg(figure: Figure, path: Path) -> None:
     """Write a figure as SVG: the same bytes for the same figure, without a date."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    drawing = io.StringIO()
     with figure_style():
-        figure.savefig(path, format="svg", metadata={"Date": None, "Creator": "Haste"})
+        figure.savefig(drawing, format="svg", metadata={"Date": None, "Creator": "Haste"})
     # Matplotlib leaves blanks at the ends of lines.
-    lines = (line.rstrip() for line in path.read_text().splitlines())
-    path.write_text("\n".join(lines) + "\n")
+    lines = (line.rstrip() for line in drawing.getvalue().splitlines())
+    write_whole(path, "\n".join(lines) + "\n")

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from harness.gate import VISIBLE, Absent, GateSettings, Judgement
+from harness.bounds import FAR, VISIBLE, GateSettings
+from harness.gate import Absent, Judgement
 from harness.report.numbers import significant
 from harness.report.tables import VERDICT_CLASS
 from harness.statistics.bias import Verdict
@@ -112,16 +113,18 @@ def summarise(
 
 
 def explain_gate(settings: GateSettings, judgements: list[Judgement]) -> str:
-    """The three questions of the gate, with their numbers."""
+    """The questions of the gate, with their numbers."""
     tiles = sum(row.tiles.p.size for row in judgements if row.tiles is not None)
     level = significant(judgements[0].tile_level, 2) if judgements else "–"
     return (
-        "A tracer passes where three things hold. The bias of its image mean is proven to be "
+        "A tracer passes where five things hold. The bias of its image mean is proven to be "
         f"small: the 90 % interval lies within ±{100 * settings.delta:g} % "
         f"(±{100 * settings.caustic_delta:g} % in a scene with a caustic). "
         f"None of its {settings.tile} × {settings.tile} tiles differs from the truth: Welch’s test "
-        f"at p < {level} (Šidák), so that all {tiles:,} tiles of this report together err with "
-        f"probability {settings.alpha:g}. And every pixel is finite and not negative. An interval "
+        f"at p < {level} (Šidák) for each of {tiles:,} tiles, so that the whole check errs with "
+        f"probability {settings.alpha:g}. The picture lies where the truth’s does, to "
+        f"{FAR:g} pixels. Images of different seeds have no noise in common. And every pixel is "
+        "finite and not negative. An interval "
         "that is too wide is no pass, nor is a tile test that cannot see an error of "
         f"{100 * VISIBLE:g} %: the visible tile error is the one that it would find half of the "
         "time in the median tile."

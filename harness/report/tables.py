@@ -60,7 +60,8 @@ def _tracer(name: str) -> Cell:
     return Cell(name, kind="tracer")
 
 
-def _number(interval: Interval | None, factor: float = 1.0, digits: int = 3) -> Cell:
+def number_cell(interval: Interval | None, factor: float = 1.0, digits: int = 3) -> Cell:
+    """A value with its interval, both times a factor; a dash where there is none."""
     if interval is None:
         return Cell(numbers.MISSING)
     return Cell(
@@ -69,7 +70,8 @@ def _number(interval: Interval | None, factor: float = 1.0, digits: int = 3) -> 
     )
 
 
-def _columns_of(name: str, interval: Interval | None) -> dict[str, float | None]:
+def columns_of(name: str, interval: Interval | None) -> dict[str, float | None]:
+    """A value and its bounds as columns of a CSV."""
     if interval is None:
         return {name: None, f"{name}_lower": None, f"{name}_upper": None}
     return {
@@ -110,7 +112,7 @@ def verdict_table(judgements: list[Judgement]) -> Table:
                 Cell(numbers.significant(100.0 * row.tiles.detectable(row.tile_level), 2)),
             ]
             record |= {
-                **_columns_of("relative_bias", interval),
+                **columns_of("relative_bias", interval),
                 "bound": row.bias.delta,
                 "bias_verdict": row.bias.verdict.value,
                 "seeds_needed": row.bias.seeds_needed,
@@ -194,23 +196,23 @@ def speed_table(measurements: Measurements, jobs: list[SceneJob]) -> Table:
                     for other in RATIOS_TO
                 }
                 ttuv = measurements.find("relative_ttuv_seconds", **where)
-                cells = [_text(model), _tracer(tracer), _number(rate, 1e-6)]
+                cells = [_text(model), _tracer(tracer), number_cell(rate, 1e-6)]
                 for name, interval in rays.items():
                     value = None if interval is None else interval.value * 1e-6
                     faint = numbers.bounds(interval, 1e-6) if interval and name == "all" else ""
                     text = numbers.MISSING if not value else numbers.significant(value)
                     cells.append(Cell(text, faint))
                 for other, ratio in ratios.items():
-                    cells.append(Cell("1") if other == tracer else _number(ratio))
-                cells.append(_number(ttuv and ttuv.scaled(1e3)))
+                    cells.append(Cell("1") if other == tracer else number_cell(ratio))
+                cells.append(number_cell(ttuv and ttuv.scaled(1e3)))
                 rows.append(cells)
                 record: dict[str, object] = dict(where)
-                record |= _columns_of("samples_per_second", rate)
+                record |= columns_of("samples_per_second", rate)
                 for name, interval in rays.items():
-                    record |= _columns_of(f"rays_per_second_{name}", interval)
+                    record |= columns_of(f"rays_per_second_{name}", interval)
                 for other, ratio in ratios.items():
-                    record |= _columns_of(f"ratio_to_{other.replace('-', '_')}", ratio)
-                records.append(record | _columns_of("relative_ttuv_seconds", ttuv))
+                    record |= columns_of(f"ratio_to_{other.replace('-', '_')}", ratio)
+                records.append(record | columns_of("relative_ttuv_seconds", ttuv))
         groups.append((job.name, rows))
     columns = [
         Column("model", kind="text"),
@@ -250,7 +252,7 @@ def times_table(measurements: Measurements, jobs: list[SceneJob]) -> Table:
                     f"{part}_seconds": None if value is None else value.value
                     for part, value in found.items()
                 }
-                record |= _columns_of("warm_image_seconds", image)
+                record |= columns_of("warm_image_seconds", image)
                 records.append(record | {"spp": spp, "bvh_bytes": bvh.value if bvh else None})
         groups.append((job.name, rows))
     columns = [
@@ -273,7 +275,8 @@ def error_table(measurements: Measurements, jobs: list[SceneJob]) -> Table:
         for model in job.models:
             for tracer in job.tracers(model):
                 where = {"scene": job.name, "model": model, "tracer": tracer}
-                case = next(iter(measurements.cases("relative_variance", **where)), "")
+                cases = measurements.cases("relative_variance", **where)
+                case = next((one for one in cases if one.startswith("seeds=")), "")
                 found = {name: measurements.find(name, case=case, **where) for name in quantities}
                 slope = measurements.find("slope", **where)
                 spp = case.partition("spp=")[2]
@@ -282,13 +285,13 @@ def error_table(measurements: Measurements, jobs: list[SceneJob]) -> Table:
                         _text(model),
                         _tracer(tracer),
                         Cell(spp or numbers.MISSING),
-                        *(_number(interval) for interval in found.values()),
+                        *(number_cell(interval) for interval in found.values()),
                         Cell(numbers.MISSING) if slope is None else Cell(*numbers.fixed(slope, 3)),
                     ]
                 )
                 record: dict[str, object] = {**where, "spp": spp}
                 for name, interval in {**found, "slope": slope}.items():
-                    record |= _columns_of(name, interval)
+                    record |= columns_of(name, interval)
                 records.append(record)
         groups.append((job.name, rows))
     columns = [
@@ -329,13 +332,13 @@ def packets_table(measurements: Measurements, jobs: list[SceneJob]) -> Table | N
                             _tracer(tracer),
                             _text(order),
                             Cell(f"{knee:,}"),
-                            _number(rates[knee], 1e-6),
+                            number_cell(rates[knee], 1e-6),
                             Cell(numbers.significant(share)),
                             Cell(numbers.MISSING if size is None else numbers.size(size.value)),
                         ]
                     )
                     record: dict[str, object] = {**where, "order": order, "packet": knee}
-                    record |= _columns_of("rays_per_second", rates[knee])
+                    record |= columns_of("rays_per_second", rates[knee])
                     record |= {
                         "share_of_depth_first": share,
                         "peak_queue_bytes": size.value if size else None,

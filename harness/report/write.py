@@ -11,13 +11,16 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from harness.answers import judge_answers
-from harness.gate import judge, settings_of
+from harness.bounds import settings_of
+from harness.gate import judge
 from harness.report.agreement_figure import plot_agreement
 from harness.report.answers_figure import plot_answers
 from harness.report.answers_table import answers_table
+from harness.report.budget_table import budget_table, crossover_table
 from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
+from harness.report.knobs_table import knobs_table
 from harness.report.ladder import find_rungs, ladder_table, plot_ladder
 from harness.report.rays import (
     find_ray_rows,
@@ -35,6 +38,9 @@ from harness.report.stability import (
     plot_cracks,
     surface_table,
 )
+from harness.report.study import compared_sizes, find_variants, panels_of, timelines
+from harness.report.study_figures import plot_ladder_bars, plot_throughput, plot_timeline
+from harness.report.study_tables import law_table, memory_table, price_table, work_table
 from harness.report.style import colour_of, save_svg
 from harness.report.summary import (
     collect_facts,
@@ -53,10 +59,13 @@ from harness.report.tables import (
     times_table,
     verdict_table,
 )
+from harness.report.trade_figure import plot_trade
 from harness.tables.lookup import read_measurements
 from harness.tables.rays import RATIOS_TO, read_ray_jobs
 from harness.tables.read import SceneJob, read_jobs
+from harness.tables.study import read_study
 from harness.tables.write import merge_provenance
+from harness.whole_files import write_whole, written_whole
 
 HERE = Path(__file__).resolve().parent
 CAPTIONS = HERE.parent / "captions"
@@ -108,11 +117,10 @@ def _detail(job: SceneJob) -> str:
 
 
 def _write_csv(folder: Path, tables: list[Table | None]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
     for table in tables:
         if table is not None:
-            path = folder / f"{table.name}.csv"
-            table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
+            with written_whole(folder / f"{table.name}.csv") as (path,):
+                table.frame.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")
 
 
 def write_report(results_dir: Path) -> Path:
@@ -161,6 +169,10 @@ def write_report(results_dir: Path) -> Path:
         )
         for job in jobs
     ]
+    trades = [
+        figures.add(f"trade-{job.name}", plot_trade(measurements, job), job.title, "")
+        for job in pictured
+    ]
     rungs = find_rungs(measurements, jobs)
     ray_rows = find_ray_rows(measurements)
     optix = optix_note(ray_jobs)
@@ -173,13 +185,44 @@ def write_report(results_dir: Path) -> Path:
         )
         for other in RATIOS_TO
     ]
-    sizes = {job.name: job.primitives for job in ray_jobs}
+    primitives = {job.name: job.primitives for job in ray_jobs}
     ray_figures.append(
         figures.add(
-            "ray-tests", plot_ray_tests(ray_rows, sizes), "Tests a ray", captions["ray_tests"]
+            "ray-tests", plot_ray_tests(ray_rows, primitives), "Tests a ray", captions["ray_tests"]
         )
     )
     crack_rows = find_crack_rows(measurements)
+    studies = read_study(results_dir)
+    variants, sizes = find_variants(measurements), compared_sizes(studies)
+    study_figures = [
+        figures.add(
+            f"study-ladder-{tracer}",
+            plot_ladder_bars(measurements, variants, tracer),
+            f"The ladder, {tracer}",
+            captions["study_ladder"],
+        )
+        for tracer in dict.fromkeys(one.tracer for one in variants)
+    ]
+    study_figures += [
+        figures.add(
+            f"study-{scene}-{model}-{tracer}",
+            plot_throughput(measurements, variants, (scene, model), tracer),
+            f"{scene}, {model}, {tracer}",
+            captions["study_throughput"],
+        )
+        for scene, model in panels_of(variants)
+        for tracer in dict.fromkeys(one.tracer for one in variants)
+    ]
+    study_figures += [
+        figures.add(
+            f"study-timeline-{job.name}-{job.model}",
+            plot_timeline(timelines(job), f"{job.name}, {job.model}"),
+            f"Copies and kernels, {job.name}, {job.model}",
+            captions["study_timeline"],
+        )
+        for job in studies
+        if job.model in job.provenance["config"]["study"]["panels"].get(job.name, [])
+    ]
     tables = {
         "verdicts": verdict_table(judgements),
         "skipped": absence_table(absent, jobs),
@@ -194,6 +237,13 @@ def write_report(results_dir: Path) -> Path:
         "ray_ratios": ratio_table(ray_rows),
         "ray_hierarchies": hierarchy_table(ray_rows),
         "rays_skipped": missing_table(ray_rows),
+        "budget": budget_table(measurements, pictured),
+        "crossover": crossover_table(measurements, pictured),
+        "launch_laws": law_table(measurements, variants),
+        "launch_work": work_table(measurements, variants, sizes),
+        "queue_memory": memory_table(measurements),
+        "prices": price_table(measurements, sizes),
+        "knobs": knobs_table(measurements, pictured),
         "cracks": crack_table(crack_rows),
         "precisions": mode_table(measurements),
         "surfaces": surface_table(measurements),
@@ -230,6 +280,8 @@ def write_report(results_dir: Path) -> Path:
         crack_figure=figures.add("cracks", plot_cracks(crack_rows), "Cracks", captions["cracks"]),
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
+        study_figures=[figure for figure in study_figures if figure],
+        trades=[figure for figure in trades if figure],
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),
         commands=reproduce(provenance, jobs),
@@ -238,5 +290,5 @@ def write_report(results_dir: Path) -> Path:
         **tables,
     )
     path = results_dir / "report.html"
-    path.write_text(page)
+    write_whole(path, page)
     return path

@@ -3,19 +3,23 @@
 import json
 import re
 import sys
+from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
 # Snakemake has the folder of the Snakefile on its path only while it reads it from there.
 sys.path.insert(0, workflow.basedir)
 
+from harness.locks import join_runs
 from harness.measure.config import ConfigError, check_config
 from harness.measure.inputs import (
     mode_scene_files,
+    module_sources,
     package_sources,
     ray_scene_files,
     scene_files,
     stability_scene_files,
+    study_files,
     tracing_sources,
 )
 from harness.preflight import check_run
@@ -27,9 +31,12 @@ try:
 except (ConfigError, SceneError) as error:
     raise WorkflowError(str(error)) from None
 
+# Held until this process ends, before Snakemake takes its own.
+RUNS = join_runs(Path(".snakemake"))
 RESULTS = SETTINGS["results_dir"].rstrip("/")
 SCENES = list(SETTINGS.scenes)
 SCENE_FILES = scene_files(SETTINGS)
+STUDY_FILES = study_files(SETTINGS)
 PYTHON = sys.executable
 
 
@@ -54,4 +61,5 @@ rule settings:
     message:
         "Settings of the run {params.run}"
     shell:
-        "printf '%s\\n' {params.values:q} > {output:q} 2> {log:q}"
+        "(printf '%s\\n' {params.values:q} > {output:q}.partial "
+        "&& mv {output:q}.partial {output:q}) 2> {log:q}"

@@ -7,7 +7,7 @@ rule measure:
         features=ancient(f"{RESULTS}/features.txt"),
         scene=lookup(within=SCENE_FILES, dpath="{scene}"),
         sources=tracing_sources(),
-        answers=package_sources("reference/analytic"),
+        schema="harness/schemas/settings.schema.yaml",
     output:
         f"{RESULTS}/scenes/{{scene}}/measured.json",
     log:

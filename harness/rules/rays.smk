@@ -7,9 +7,8 @@ rule rays:
     input:
         settings=f"{RESULTS}/settings.json",
         scene=lookup(within=RAY_FILES, dpath="{ray_scene}"),
-        sources=tracing_sources()
-        + package_sources("harness/rays")
-        + ["reference/brute_force.py"],
+        sources=sorted({*tracing_sources(), *module_sources("harness.measure.rays")}),
+        schema="harness/schemas/settings.schema.yaml",
     output:
         f"{RESULTS}/rays/{{ray_scene}}/replayed.json",
     log:

@@ -6,9 +6,8 @@ rule report:
         samples=f"{RESULTS}/samples.parquet",
         measurements=f"{RESULTS}/measurements.csv",
         settings=f"{RESULTS}/settings.json",
-        sources=package_sources(
-            "harness/report", "harness/captions", "harness/statistics"
-        ),
+        sources=module_sources("harness.report.write"),
+        texts=package_sources("harness/report", "harness/captions", "harness/schemas"),
     output:
         f"{RESULTS}/report.html",
     log:

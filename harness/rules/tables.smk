@@ -7,10 +7,13 @@ rule tables:
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
         rays=expand(f"{RESULTS}/rays/{{scene}}/replayed.json", scene=RAY_FILES),
         stability=rules.stability.input,
+        studies=[
+            f"{RESULTS}/study/{scene}/{model}/studied.json"
+            for scene, model in SETTINGS.study_panels
+        ],
         settings=f"{RESULTS}/settings.json",
-        sources=package_sources(
-            "harness/statistics", "harness/tables", "harness/schemas"
-        ),
+        sources=module_sources("harness.tables.write"),
+        schemas=package_sources("harness/schemas"),
     output:
         f"{RESULTS}/samples.parquet",
         f"{RESULTS}/measurements.csv",

@@ -6,7 +6,8 @@ rule truth:
         settings=f"{RESULTS}/settings.json",
         features=ancient(f"{RESULTS}/features.txt"),
         scene=lookup(within=SCENE_FILES, dpath="{scene}"),
-        sources=package_sources("reference", "harness/scene", "harness/measure"),
+        sources=module_sources("harness.measure.truth"),
+        schema="harness/schemas/settings.schema.yaml",
     output:
         f"{RESULTS}/scenes/{{scene}}/truth.json",
     log:

@@ -86,20 +86,25 @@ def relative_bias(images: Image, truth: Truth, level: float = 0.95) -> Interval:
     return relative_difference(image_means(images), image_means(truth.batches), level)
 
 
-def judge_equivalence(bias: Interval, delta: float, batches: int) -> Equivalence:
+def judge_equivalence(
+    bias: Interval, delta: float, batches: int, strict: Interval | None = None
+) -> Equivalence:
     """PASS if the interval lies inside +-delta, FAIL if it lies outside, else not enough samples.
 
-    `bias` must be the 90 % interval for tests at 5 %. The seeds still needed follow from a
-    half-width that falls with the square root of the count: K (half / | delta - |bias| |)^2,
+    `bias` must be the 90 % interval for tests at 5 %. Where it is wider than the bound it lies
+    outside by chance in one of ten right images, so that among many a failure asks for more: the
+    interval `strict`, at the level of the family, must not hold 0. The seeds still needed follow
+    from a half-width that falls with the square root of the count: K (half / | delta - |bias| |)^2,
     with the truth's batches grown by the same factor.
     """
     if -delta < bias.lower and bias.upper < delta:
         return Equivalence(Verdict.PASS, bias, delta, None, None)
-    if bias.lower >= delta or bias.upper <= -delta:
+    certain = strict is None or not strict.lower <= 0.0 <= strict.upper
+    if certain and (bias.lower >= delta or bias.upper <= -delta):
         return Equivalence(Verdict.FAIL, bias, delta, None, None)
     margin = abs(delta - abs(bias.value))
     # A bias within 5 % of delta would ask for a number of seeds that nobody will render.
-    factor = (bias.half_width / max(margin, 0.05 * delta)) ** 2
+    factor = max((bias.half_width / max(margin, 0.05 * delta)) ** 2, 1.0)
     return Equivalence(
         Verdict.NOT_ENOUGH_SAMPLES,
         bias,

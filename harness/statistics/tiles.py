@@ -73,12 +73,25 @@ def welch_test(
     rounding are thus no evidence; where neither side varies, p is 1 within the bound and 0 beyond
     it. NaN in the data gives p = 0. Raises ValueError for fewer than two values on a side.
     """
-    n_a, n_b = first.shape[0], second.shape[0]
-    if min(n_a, n_b) < 2:
-        raise ValueError(f"Welch's test needs at least 2 values on each side, got {n_a}, {n_b}")
-    mean_a, mean_b = first.mean(axis=0), second.mean(axis=0)
-    error_a = first.var(axis=0, ddof=1) / n_a
-    error_b = second.var(axis=0, ddof=1) / n_b
+    if min(first.shape[0], second.shape[0]) < 2:
+        raise ValueError(
+            "Welch's test needs at least 2 values on each side, got "
+            f"{first.shape[0]}, {second.shape[0]}"
+        )
+    return welch_from_moments(
+        *((side.mean(axis=0), side.var(axis=0, ddof=1), side.shape[0]) for side in (first, second)),
+        rounding,
+    )
+
+
+Moments = tuple[NDArray[np.float64], NDArray[np.float64], int]
+"""Means and unbiased variances of equal shape, and the number of values behind each."""
+
+
+def welch_from_moments(first: Moments, second: Moments, rounding: float) -> NDArray[np.float64]:
+    """`welch_test` of samples of which only the moments are known."""
+    (mean_a, variance_a, n_a), (mean_b, variance_b, n_b) = first, second
+    error_a, error_b = variance_a / n_a, variance_b / n_b
     scale = np.maximum(np.abs(mean_a), np.abs(mean_b))
     excess = np.maximum(np.abs(mean_a - mean_b) - rounding * scale, 0.0)
     total = error_a + error_b

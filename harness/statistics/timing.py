@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from harness.statistics.estimate import Estimate, log_of, product_of_means
 from harness.statistics.intervals import (
     Interval,
     as_vector,
     log_ratio_interval,
     median_interval,
-    product_interval,
 )
 
 
@@ -45,19 +45,21 @@ def speed_ratio(
 
 
 def time_to_unit_variance(
-    variance_by_image: ArrayLike,
-    image_spp: int,
-    seconds: ArrayLike,
-    timed_spp: int,
-    level: float = 0.95,
-) -> Interval:
+    variance_by_image: ArrayLike, image_spp: int, seconds: ArrayLike, timed_spp: int
+) -> Estimate:
     """TTUV = Var T in seconds times squared radiance (seconds for a relative variance).
 
     The variance of an image falls, and its time grows, in proportion to its samples, so that both
-    are taken per sample: images of `image_spp` may be combined with times at `timed_spp`.
+    are taken per sample: images of `image_spp` may be combined with times at `timed_spp`. Raises
+    ValueError for a negative mean.
     """
     per_sample = as_vector(variance_by_image) * image_spp
-    return product_interval(per_sample, as_vector(seconds) / timed_spp, level)
+    return product_of_means(per_sample, as_vector(seconds) / timed_spp)
+
+
+def positive_interval(estimate: Estimate, level: float = 0.95) -> Interval:
+    """Interval of a positive quantity, symmetric in the logarithm; no width at 0."""
+    return log_of(estimate).ratio(level)
 
 
 def efficiency(ttuv: Interval) -> Interval:

@@ -12,12 +12,16 @@ from harness.statistics.bias import relative_bias, weighted_relative_bias
 from harness.statistics.convergence import fit_slope
 from harness.statistics.intervals import Interval, median_interval, t_interval
 from harness.statistics.metrics import Truth
+from harness.statistics.robust import effective_pixels, quantile_interval
 from harness.statistics.tiles import TILE, compare_tiles, rounding_bound, sidak_level
 from harness.tables.read import ImageSet, SceneJob
 from harness.tables.schema import Recorder, Subject
 
 PRECISIONS = {"haste-cuda": "watertight", "haste-cpu": "watertight", "embree": "robust"}
 """Arithmetic of the tracers' images; everything else is `native`."""
+
+QUANTILES = (0.1, 0.5, 0.9)
+"""Shares of the runs below which an error is given, beside its mean."""
 
 
 def subject_of(job: SceneJob, model: str, tracer: str, engine: str = "depth_first") -> Subject:
@@ -68,13 +72,17 @@ def record_seeds(
         "relmse": metrics.relmse(stack, truth),
         "smape": metrics.smape(stack, truth),
     }
-    case = {"seeds": count, "spp": images.spp}
+    case: dict[str, object] = {"seeds": count, "spp": images.spp}
     for quantity, values in by_seed.items():
         for seed, value in zip(images.seeds, values, strict=True):
             recorder.sample(subject, quantity, value, seed=seed, spp=images.spp, case=case)
         recorder.measure(subject, quantity, t_interval(values), case)
+    for quantile in QUANTILES:
+        found = quantile_interval(by_seed["relmse"], quantile)
+        recorder.measure(subject, "relmse_quantile", found, case | {"quantile": quantile})
     if count < 2:
         return
+    _record_effective_pixels(recorder, subject, effective_pixels(stack), count)
     recorder.measure(subject, "relative_bias", relative_bias(stack, truth))
     recorder.measure(subject, "relative_bias", relative_bias(stack, truth, 0.9), {"level": 0.9})
     weighted = weighted_relative_bias(stack, truth)
@@ -93,6 +101,19 @@ def record_seeds(
             recorder.measure(
                 subject, "bias_squared", Interval(bias, bias - half, bias + half, count)
             )
+
+
+def _record_effective_pixels(
+    recorder: Recorder, subject: Subject, pixels: float, count: int
+) -> None:
+    none = math.isnan(pixels)
+    recorder.measure(
+        subject,
+        "effective_pixels",
+        exact(pixels, count),
+        status="skipped" if none else "ok",
+        note="nothing varies" if none else "",
+    )
 
 
 def record_convergence(

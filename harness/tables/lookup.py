@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -78,7 +79,7 @@ class Measurements:
         model: str,
         tracer: str,
         engine: str = "depth_first",
-        **fixed: str,
+        **fixed: str | int,
     ) -> dict[int, Interval]:
         """A quantity by the value of one key, in rising order; other keys must equal `fixed`."""
         found = {}
@@ -90,12 +91,19 @@ class Measurements:
         return dict(sorted(found.items()))
 
 
+def find_measurements(folder: Path) -> Path:
+    """The measurements of a results folder: measurements.csv, compressed where it is published."""
+    packed = folder / "measurements.csv.gz"
+    return packed if packed.exists() else folder / "measurements.csv"
+
+
 def read_measurements(path: Path) -> Measurements:
-    """Read measurements.csv; raises ResultsError if it cannot be read."""
+    """Read measurements.csv or measurements.csv.gz; raises ResultsError if it cannot be read."""
     try:
-        text = path.read_text()
-    except OSError as error:
-        raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
+        packed = path.read_bytes()
+        text = (gzip.decompress(packed) if path.suffix == ".gz" else packed).decode()
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path}: cannot be read ({error})") from error
 
     def number(value: str) -> float:
         return float(value) if value else float("nan")

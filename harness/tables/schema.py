@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,9 @@ import yaml
 from harness.statistics.intervals import Interval
 
 SCHEMAS = Path(__file__).resolve().parents[1] / "schemas"
-TYPES: dict[str, type | tuple[type, ...]] = {
-    "integer": int,
-    "number": (int, float),
+TYPES: dict[str, type] = {
+    "integer": Integral,
+    "number": Real,
     "string": str,
 }
 COLUMN_TYPES = {"integer": "int64", "number": "float64", "string": "str"}
@@ -112,20 +114,19 @@ class Recorder:
         status: str = "ok",
         note: str = "",
     ) -> None:
-        """Add one seed's or repeat's value; raises SchemaError for an unknown name."""
-        self.samples.append(
-            {
-                **_columns(subject),
-                "case": format_case(case or {}),
-                "seed": seed,
-                "spp": spp,
-                "quantity": quantity,
-                "value": float(value),
-                "unit": unit_of(quantity),
-                "status": _status(status, note),
-                "note": note,
-            }
-        )
+        """Add one seed's or repeat's value; raises SchemaError for what the schema refuses."""
+        row = {
+            **_columns(subject),
+            "case": format_case(case or {}),
+            "seed": seed,
+            "spp": spp,
+            "quantity": quantity,
+            "value": float(value),
+            "unit": unit_of(quantity),
+            "status": status,
+            "note": note,
+        }
+        self.samples.append(_checked(row, "samples"))
 
     def measure(
         self,
@@ -137,21 +138,20 @@ class Recorder:
         status: str = "ok",
         note: str = "",
     ) -> None:
-        """Add one measured quantity; raises SchemaError for an unknown name."""
-        self.measurements.append(
-            {
-                **_columns(subject),
-                "case": format_case(case or {}),
-                "quantity": quantity,
-                "value": interval.value,
-                "lower": interval.lower,
-                "upper": interval.upper,
-                "unit": unit_of(quantity),
-                "n": interval.n,
-                "status": _status(status, note),
-                "note": note,
-            }
-        )
+        """Add one measured quantity; raises SchemaError for what the schema refuses."""
+        row = {
+            **_columns(subject),
+            "case": format_case(case or {}),
+            "quantity": quantity,
+            "value": interval.value,
+            "lower": interval.lower,
+            "upper": interval.upper,
+            "unit": unit_of(quantity),
+            "n": interval.n,
+            "status": status,
+            "note": note,
+        }
+        self.measurements.append(_checked(row, "measurements"))
 
     def frames(self) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Both tables, samples first, with the columns and types of their schemas."""
@@ -169,13 +169,35 @@ def _columns(subject: Subject) -> dict[str, object]:
     }
 
 
-def _status(status: str, note: str) -> str:
-    allowed = load_list("measurements")["status"]["values"]
-    if status not in allowed:
-        raise SchemaError(f"unknown status {status!r}; expected one of {', '.join(allowed)}")
-    if status != "ok" and not note:
-        raise SchemaError(f"a row of status {status} needs a note that gives the reason")
-    return status
+def _checked(row: dict[str, Any], table: str) -> dict[str, Any]:
+    """The row, if each column is what the table's schema says and it makes sense as a whole.
+
+    Raises
+    ------
+    SchemaError
+        Naming table, column, value and what is allowed.
+    """
+    for column, entry in load_list(table).items():
+        value, allowed = row[column], entry.get("values")
+        if allowed is not None and value not in allowed:
+            raise SchemaError(f"{table}.{column}: {value!r} is not one of {', '.join(allowed)}")
+        kind = entry.get("type", "string")
+        if not isinstance(value, TYPES[kind]) or isinstance(value, bool):
+            raise SchemaError(f"{table}.{column}: {value!r} is not of type {kind}")
+    where = f"{row['scene']} {row['model']} {row['tracer']} {row['quantity']}"
+    if row["status"] != "ok" and not row["note"]:
+        raise SchemaError(
+            f"{table}.note: a row of status {row['status']} needs the reason ({where})"
+        )
+    value, lower, upper = (row.get(column, row["value"]) for column in ("value", "lower", "upper"))
+    if row["status"] == "ok" and math.isnan(value):
+        raise SchemaError(f"{table}.value: a row of status ok has none ({where})")
+    # Not-a-number stands for a bound that is not known.
+    if lower > value or upper < value:
+        raise SchemaError(
+            f"{table}.value: {value:g} is not within {lower:g} and {upper:g} ({where})"
+        )
+    return row
 
 
 def _frame(rows: list[dict[str, object]], name: str) -> pd.DataFrame:

@@ -14,6 +14,7 @@ from harness.statistics.intervals import Interval, median_interval
 from harness.statistics.metrics import Truth, split_error
 from harness.statistics.timing import (
     efficiency,
+    positive_interval,
     speed_ratio,
     throughput,
     time_to_unit_variance,
@@ -156,6 +157,7 @@ def record_efficiency(
     for quantity, relative in (("ttuv_seconds", False), ("relative_ttuv_seconds", True)):
         split = split_error(stack, truth, relative=relative)
         ttuv = time_to_unit_variance(split.variance_by_image, images.spp, timed.seconds, timed.spp)
-        recorder.measure(subject, quantity, ttuv)
-        if relative and ttuv.value > 0.0 and not math.isnan(ttuv.lower):
-            recorder.measure(subject, "efficiency", efficiency(ttuv))
+        interval = positive_interval(ttuv)
+        recorder.measure(subject, quantity, interval)
+        if relative and interval.value > 0.0 and not math.isnan(interval.lower):
+            recorder.measure(subject, "efficiency", efficiency(interval))

@@ -12,6 +12,7 @@ from harness.statistics.intervals import Interval
 from harness.tables.answers import record_answers
 from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
+from harness.tables.knobs import record_knobs
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
@@ -23,6 +24,7 @@ from harness.tables.stability import (
     record_stability,
     record_surfaces,
 )
+from harness.tables.study import read_study, record_study
 from harness.tables.times import (
     group_times,
     headline,
@@ -30,6 +32,8 @@ from harness.tables.times import (
     record_ratios,
     record_times,
 )
+from harness.tables.trade import record_trade
+from harness.whole_files import written_whole
 
 
 def tile_size(job: SceneJob) -> int:
@@ -45,6 +49,8 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
     record_times(recorder, job, times)
     record_ratios(recorder, job, times)
     timed = headline(times)
+    limit = record_knobs(recorder, job, timed)
+    record_trade(recorder, job, timed, limit)
     for model in job.models:
         for absence in job.absent(model):
             recorder.measure(
@@ -101,6 +107,7 @@ def merge_provenance(jobs: list[SceneJob], ray_jobs: Sequence[RayJob] = ()) -> d
 def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     """Write samples.parquet, measurements.csv and provenance.json; returns their paths.
 
+    All three are written, whole, or none is.
     Raises ResultsError for missing or damaged files, SchemaError for a name that the closed lists
     do not know.
     """
@@ -118,14 +125,17 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     surfaces_job = read_surfaces_job(results_dir)
     if surfaces_job is not None:
         record_surfaces(recorder, surfaces_job)
+    for study in read_study(results_dir):
+        record_study(recorder, study)
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",
         results_dir / "measurements.csv",
         results_dir / "provenance.json",
     )
-    samples.to_parquet(paths[0], index=False)
-    measurements.to_csv(paths[1], index=False, float_format="%.9g", lineterminator="\n")
     text = json.dumps(merge_provenance(jobs, ray_jobs), indent=1, sort_keys=True)
-    paths[2].write_text(text + "\n")
+    with written_whole(*paths) as temporaries:
+        samples.to_parquet(temporaries[0], index=False)
+        measurements.to_csv(temporaries[1], index=False, float_format="%.9g", lineterminator="\n")
+        temporaries[2].write_text(text + "\n")
     return paths

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.scene import RenderSettings
+from harness.statistics.work_spans import WorkSpan
 from harness.tracers.rays import RayHits, Rays, Structure, Way, make_rays
 
 NO_OPTIONS: Mapping[str, object] = MappingProxyType({})
@@ -51,6 +52,8 @@ class RenderResult:
         Hash of the film's integers, where the tracer promises them bit for bit.
     extras
         Further numbers, named with their units (``peak_queue_bytes``).
+    spans
+        What the time went into, where the option ``record_spans`` asks for it.
     """
 
     image: NDArray[np.float64]
@@ -58,6 +61,7 @@ class RenderResult:
     rays: RayCounts | None = None
     film_sha256: str | None = None
     extras: dict[str, float] = field(default_factory=dict)
+    spans: tuple[WorkSpan, ...] = ()
 
 
 class Tracer(ABC):
@@ -80,6 +84,9 @@ class Tracer(ABC):
         Untimed renders before the first timed one.
     on_gpu
         Whether it traces on a GPU.
+    knobs
+        Settings that a single render may have otherwise than the loaded scene: `options` of
+        `render`.
     """
 
     name: ClassVar[str]
@@ -88,6 +95,7 @@ class Tracer(ABC):
     precision: ClassVar[str]
     warm_ups: ClassVar[int] = 1
     on_gpu: ClassVar[bool] = False
+    knobs: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -136,7 +144,8 @@ class Tracer(ABC):
         engine
             One of `engines`.
         options
-            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``.
+            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``; and any of
+            `knobs`.
         count_rays
             Count rays, which may cost time; never set in a timed render.
         """

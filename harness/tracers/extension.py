@@ -5,17 +5,12 @@ from typing import Any
 
 from harness.tracers.rays import Structure
 
-ONLY = "bvh2"
-"""The traversal of an extension that does not name any."""
-
 
 def traversals() -> tuple[str, ...]:
-    """Names of the extension's traversals, that of the images first."""
+    """Names of the extension's traversals, that of replays which name none first."""
     from haste_cuda import _core
 
-    if not hasattr(_core, "traversals"):
-        return (ONLY,)
-    first = _core.default_traversal() if hasattr(_core, "default_traversal") else ONLY
+    first = _core.default_traversal()
     return (first, *(name for name in _core.traversals() if name != first))
 
 
@@ -29,33 +24,22 @@ def replay(
     trace
         The replay, with its scene and rays.
     how
-        Further keywords; ``traversal`` is among them where there is a choice.
+        Further keywords, such as ``traversal``.
     repeats, count
         As of `Tracer.trace`.
 
     Returns
     -------
     answer, times
-        The last answer, and seconds of each repeat.
+        The last answer, and the time of each repeat, [s].
     """
-    from haste_cuda import _core
-
-    if hasattr(_core, "traversals"):
-        answer = trace(**how, repeats=repeats, **({"count": True} if count else {}))
-        return answer, tuple(float(seconds) for seconds in answer["seconds"])
-    plain = {key: value for key, value in how.items() if key != "traversal"}
-    times = []
-    for _ in range(repeats):
-        answer = trace(**plain)
-        times.append(float(answer["seconds"]))
-    return answer, tuple(times)
+    answer = trace(**how, repeats=repeats, **({"count": True} if count else {}))
+    return answer, tuple(float(seconds) for seconds in answer["seconds"])
 
 
 def structure_of(scene: Any, traversal: str) -> Structure:
-    """What a traversal walks through: seconds of its build, and bytes."""
+    """What a traversal walks through: time of its build, [s], and size, [B]."""
     from haste_cuda import _core
 
-    if hasattr(_core, "bvh_bytes"):
-        size, seconds = _core.bvh_bytes(scene, traversal), _core.bvh_build_seconds(scene, traversal)
-        return Structure(float(seconds), float(size))
-    return Structure(float(scene.bvh["build_seconds"]), float(scene.bvh["bytes"]))
+    size, seconds = _core.bvh_bytes(scene, traversal), _core.bvh_build_seconds(scene, traversal)
+    return Structure(float(seconds), float(size))

@@ -54,7 +54,7 @@ public:
     ~HostScene();
 
     /// What the traversal reads; builds the hierarchy that it needs on first use.
-    [[nodiscard]] SceneView<float> view(TraversalKind traversal = default_traversal) const;
+    [[nodiscard]] SceneView<float> view(TraversalKind traversal = small_scene_traversal) const;
     [[nodiscard]] u32 features() const { return features_; }
     [[nodiscard]] const BvhInfo& bvh() const { return bvh_; }
     /// Of the hierarchy of a traversal; builds it on first use.

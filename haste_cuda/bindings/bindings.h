@@ -47,6 +47,9 @@ PrecisionKind precision_of(const std::string& name);
 /// The dict that a render returns to Python.
 nanobind::dict to_dict(RenderOutput output, const Camera<float>& camera);
 
+/// Throws std::invalid_argument naming those that there are.
+TraversalKind traversal_of(const std::string& name);
+
 void bind_scene(nanobind::module_& module);
 void bind_render(nanobind::module_& module);
 void bind_replay(nanobind::module_& module);

@@ -1,9 +1,11 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
 #include <array>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "bindings/arrays.h"
@@ -31,6 +33,7 @@ nb::dict to_dict(RenderOutput output, const Camera<float>& camera) {
     result["bounce"] = output.rays.bounce;
     result["peak_queue_bytes"] = output.peak_queue_bytes;
     result["non_finite"] = output.non_finite;
+    result["launches"] = output.work.launches;
     return result;
 }
 
@@ -47,6 +50,32 @@ Value choose(const char* setting, const std::string& name,
                                 name);
 }
 
+const char* kind_name(WorkKind kind) {
+    switch (kind) {
+        case WorkKind::pop:
+            return "pop";
+        case WorkKind::allocate:
+            return "allocate";
+        case WorkKind::upload:
+            return "upload";
+        case WorkKind::trace:
+            return "trace";
+        case WorkKind::download:
+            return "download";
+        default:
+            return "push";
+    }
+}
+
+nb::list to_list(const std::vector<WorkSpan>& spans) {
+    nb::list list;
+    for (const WorkSpan& span : spans) {
+        list.append(
+            nb::make_tuple(kind_name(span.kind), span.lane, span.begin, span.end, span.rays));
+    }
+    return list;
+}
+
 ModelKind model_kind(const std::string& name) {
     return choose<ModelKind>(
         "model", name,
@@ -54,14 +83,10 @@ ModelKind model_kind(const std::string& name) {
 }
 
 Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 light_samples,
-                              u32 ambient_samples, const std::array<float, 3>& ambient) {
-    return {max_depth,
-            rr_depth,
-            max_layers,
-            light_samples,
-            ambient_samples,
-            {ambient[0], ambient[1], ambient[2]},
-            0};
+                              u32 ambient_samples, const std::array<float, 3>& ambient,
+                              float clamp) {
+    const Vec3<float> constant{ambient[0], ambient[1], ambient[2]};
+    return {max_depth, rr_depth, max_layers, light_samples, ambient_samples, constant, clamp, 0};
 }
 
 QueueOrder queue_order(const std::string& name) {
@@ -114,11 +139,12 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
 }
 
 nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<float> settings,
-                        u32 seed, u32 samples, const std::string& engine, u64 packet,
+                        u32 seed, u32 samples, const std::string& engine,
+                        const std::optional<std::string>& traversal, u64 packet,
                         const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
                         const std::string& precision, int block, bool count_rays,
-                        u32 pass_samples) {
+                        bool record_spans, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,
@@ -128,6 +154,7 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                                           {"layers", EngineKind::layers},
                                           {"wavefront", EngineKind::wavefront},
                                           {"persistent", EngineKind::persistent}});
+    if (traversal) schedule.traversal = traversal_of(*traversal);
     schedule.packet = packet;
     schedule.order = queue_order(order);
     schedule.allocation =
@@ -141,6 +168,7 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
     schedule.precision = precision_of(precision);
     schedule.block = block;
     schedule.count_rays = count_rays;
+    schedule.record_spans = record_spans;
     schedule.pass_samples = pass_samples;
     settings.seed = seed;
     cuda::CudaOutput output;
@@ -149,13 +177,18 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
         output = cuda::Renderer::instance().render(scene.host(), scene.device(), kind, settings,
                                                    samples, schedule);
     }
+    const nb::list spans = to_list(output.render.work.spans);
+    const u64 bytes_moved = output.render.work.bytes_moved;
     nb::dict result = to_dict(std::move(output.render), scene.host().arrays().camera);
+    result["traversal"] = output.traversal;
     result["compile_seconds"] = output.compile_seconds;
     result["compile_cached"] = output.compile_cached;
     result["upload_seconds"] = output.upload_seconds;
     result["registers"] = output.registers;
     result["local_bytes"] = output.local_bytes;
     result["scene_bytes"] = output.scene_bytes;
+    result["bytes_moved"] = bytes_moved;
+    if (record_spans) result["spans"] = spans;
     return result;
 }
 
@@ -170,7 +203,8 @@ void bind_render(nb::module_& module) {
     nb::class_<Settings<float>>(module, "Settings", "Render settings: never properties of a scene.")
         .def(nb::new_(&make_settings), nb::kw_only(), "max_depth"_a = 8, "rr_depth"_a = 5,
              "max_layers"_a = 4, "light_samples"_a = 1, "ambient_samples"_a = 1,
-             "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f});
+             "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f},
+             "clamp"_a = Numeric<float>::infinity);
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
                "packet"_a = default_packet, "order"_a = "fifo",
@@ -179,21 +213,27 @@ void bind_render(nb::module_& module) {
                "pass_samples"_a = FixedPoint::max_pass_samples,
                "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
                "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
-               "peak_queue_bytes, non_finite. The precisions fast and fp64 are those of the engine "
-               "depth_first alone. Raises ValueError on settings that make no sense and "
-               "FilmOverflow naming the pixel.");
+               "peak_queue_bytes, non_finite, launches (packets, slices of layers, or passes). "
+               "The precisions fast and fp64 are those of the engine depth_first alone. Raises "
+               "ValueError on settings that make no sense and FilmOverflow naming the pixel.");
     module.def(
         "render_cuda", &render_on_cuda, "scene"_a, "model"_a, "settings"_a, nb::kw_only(), "seed"_a,
-        "samples"_a, "engine"_a = "depth_first", "packet"_a = default_device_packet,
-        "order"_a = "fifo", "allocation"_a = "once", "queue_bytes"_a = default_queue_bytes,
-        "streams"_a = 3, "film"_a = "int64", "accumulation"_a = "flat",
-        "precision"_a = "watertight", "block"_a = 128, "count_rays"_a = false,
+        "samples"_a, "engine"_a = "depth_first", "traversal"_a = nb::none(),
+        "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once",
+        "queue_bytes"_a = default_queue_bytes, "streams"_a = 3, "film"_a = "int64",
+        "accumulation"_a = "flat", "precision"_a = "watertight", "block"_a = 128,
+        "count_rays"_a = false, "record_spans"_a = false,
         "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
         "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "
-        "the host's for the others, whose host takes part) with compile_seconds, compile_cached, "
+        "the host's for the others, whose host takes part) with traversal, compile_seconds, "
+        "compile_cached, "
         "upload_seconds (of the kernels and the scene), registers, local_bytes (of the engine's "
-        "main kernel), scene_bytes. Raises CudaError, ValueError and FilmOverflow.");
+        "main kernel), scene_bytes, bytes_moved (between host and device while tracing) and, with "
+        "record_spans, spans: (kind, lane, begin, end, rays) "
+        "of "
+        "every copy, kernel and step of a queue on the host, in seconds from the beginning. Raises "
+        "CudaError, ValueError and FilmOverflow.");
 }
 
 }  // namespace haste

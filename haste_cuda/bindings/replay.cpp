@@ -15,6 +15,24 @@ using namespace nb::literals;
 
 namespace haste {
 
+TraversalKind traversal_of(const std::string& name) {
+    std::string known;
+    for (u32 i = 0; i < traversal_count; ++i) {
+        if (name == traversal_names[i]) return TraversalKind(i);
+        known += std::string(i == 0 ? "" : ", ") + traversal_names[i];
+    }
+    throw std::invalid_argument("traversal must be one of " + known + ", not " + name);
+}
+
+PrecisionKind precision_of(const std::string& name) {
+    std::string known;
+    for (u32 i = 0; i < precision_count; ++i) {
+        if (name == precision_names[i]) return PrecisionKind(i);
+        known += std::string(i == 0 ? "" : ", ") + precision_names[i];
+    }
+    throw std::invalid_argument("precision must be one of " + known + ", not " + name);
+}
+
 namespace {
 
 std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& directions,
@@ -54,28 +72,6 @@ nb::dict to_dict(const ReplayOutput& output) {
     }
     return result;
 }
-
-TraversalKind traversal_of(const std::string& name) {
-    std::string known;
-    for (u32 i = 0; i < traversal_count; ++i) {
-        if (name == traversal_names[i]) return TraversalKind(i);
-        known += std::string(i == 0 ? "" : ", ") + traversal_names[i];
-    }
-    throw std::invalid_argument("traversal must be one of " + known + ", not " + name);
-}
-
-}  // namespace
-
-PrecisionKind precision_of(const std::string& name) {
-    std::string known;
-    for (u32 i = 0; i < precision_count; ++i) {
-        if (name == precision_names[i]) return PrecisionKind(i);
-        known += std::string(i == 0 ? "" : ", ") + precision_names[i];
-    }
-    throw std::invalid_argument("precision must be one of " + known + ", not " + name);
-}
-
-namespace {
 
 BvhInfo bvh_of(SceneHandle& scene, const std::string& traversal) {
     const TraversalKind kind = traversal_of(traversal);

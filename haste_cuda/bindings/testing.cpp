@@ -124,7 +124,7 @@ nb::object closest(SceneHandle& scene, const Points& origins, const Points& dire
     std::vector<float> b(2 * n);
     std::vector<u32> primitive(n);
     const SceneView<float> view = scene.host().view();
-    const DefaultIntersector<Watertight, EveryFeature> ours(view);
+    const ImageIntersector<Watertight, EveryFeature> ours(view);
     const EmbreeScene* embree = intersector == "embree" ? &scene.embree() : nullptr;
     for (std::size_t i = 0; i < n; ++i) {
         const Ray<float> ray = bare_ray(point(origins, i), point(directions, i));
@@ -144,7 +144,7 @@ nb::object occluded(SceneHandle& scene, const Points& origins, const Points& dir
     const std::size_t n = origins.shape(0);
     std::vector<u8> blocked(n);
     const SceneView<float> view = scene.host().view();
-    const DefaultIntersector<Watertight, EveryFeature> ours(view);
+    const ImageIntersector<Watertight, EveryFeature> ours(view);
     const EmbreeScene* embree = intersector == "embree" ? &scene.embree() : nullptr;
     for (std::size_t i = 0; i < n; ++i) {
         ShadowRay<float> ray{};
@@ -163,7 +163,7 @@ nb::object spawn(SceneHandle& scene, const Points& origins, const Points& direct
     require_same(origins.shape(0), directions.shape(0));
     require_same(origins.shape(0), next.shape(0));
     const SceneView<float> view = scene.host().view();
-    const DefaultIntersector<Watertight, EveryFeature> intersector(view);
+    const ImageIntersector<Watertight, EveryFeature> intersector(view);
     std::vector<Vec3f> points;
     std::vector<Vec3f> normals;
     std::vector<Vec3f> starts;

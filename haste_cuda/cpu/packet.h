@@ -26,6 +26,7 @@ public:
     PacketShader(const PassRequest& request, const Model& model, const I& intersector)
         : request_(request), model_(model), intersector_(intersector) {
         result_.film.sums.assign(request.film_size(), 0);
+        result_.launches = 0;
     }
 
     /// Traces and shades a packet; calls `push(children)` with pieces of what it spawned, in an
@@ -36,6 +37,7 @@ public:
         // number of threads.
         constexpr std::size_t rays_per_chunk = 64;
         const std::size_t chunks = (packet.size() + rays_per_chunk - 1) / rays_per_chunk;
+        ++result_.launches;
         if (children_.size() < chunks) children_.resize(chunks);
         const auto shade_chunk = [&](std::size_t chunk) {
             const std::size_t begin = chunk * rays_per_chunk;

@@ -35,7 +35,7 @@ template <template <class, class> class Model, u32 Kinds>
 PassResult run_pass_on_bvh2(const PassRequest& request) {
     using F = Features<cpu_features | Kinds>;
     const Model<Watertight, F> model(request.view, request.settings);
-    const DefaultIntersector<Watertight, F> intersector(request.view);
+    const ImageIntersector<Watertight, F> intersector(request.view);
     return run_pass(request, model, intersector);
 }
 
@@ -55,11 +55,11 @@ PassResult depth_first_of(const PassRequest& request, const SceneView<typename P
                           const Settings<typename P::Real>& settings) {
     using F = Features<all_features>;
     const Model<P, F> model(view, settings);
-    const DefaultIntersector<P, F> intersector(view);
+    const ImageIntersector<P, F> intersector(view);
     return request.schedule.count_rays
-               ? depth_first_pass<Model<P, F>, DefaultIntersector<P, F>, true>(request, view.camera,
+               ? depth_first_pass<Model<P, F>, ImageIntersector<P, F>, true>(request, view.camera,
                                                                                model, intersector)
-               : depth_first_pass<Model<P, F>, DefaultIntersector<P, F>, false>(
+               : depth_first_pass<Model<P, F>, ImageIntersector<P, F>, false>(
                      request, view.camera, model, intersector);
 }
 

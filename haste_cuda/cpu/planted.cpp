@@ -41,7 +41,7 @@ public:
 
 private:
     const SceneView<float>& scene_;
-    DefaultIntersector<Watertight, EveryFeature> inner_;
+    ImageIntersector<Watertight, EveryFeature> inner_;
     bool glass_is_clear_;
 };
 

@@ -69,6 +69,7 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
         const Stopwatch watch;
         const PassResult pass = run_pass(request);
         output.seconds += watch.seconds();
+        output.work.launches += pass.launches;
         output.rays += pass.rays;
         output.peak_queue_bytes = std::max(output.peak_queue_bytes, pass.peak_queue_bytes);
         folder.fold(pass.film);

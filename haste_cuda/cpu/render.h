@@ -33,6 +33,7 @@ struct PassResult {
     PassFilm film;
     RayCounts rays;
     u64 peak_queue_bytes = 0;
+    u64 launches = 1;
 };
 
 /// Runs `run_pass` over all passes of a render and folds them: what every CPU engine shares.

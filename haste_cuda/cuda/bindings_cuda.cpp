@@ -11,6 +11,7 @@
 #include "accel/sha256.h"
 #include "cuda/availability.h"
 #include "cuda/check.h"
+#include "cuda/copy_rates.h"
 #include "cuda/cubin_cache.h"
 #include "cuda/device.h"
 #include "cuda/kernel_source.h"
@@ -39,6 +40,18 @@ nb::dict device_info(int ordinal) {
     result["max_threads_per_multiprocessor"] = info.max_threads_per_multiprocessor;
     result["max_shared_memory_per_block"] = info.max_shared_memory_per_block;
     result["driver_version"] = version_text(info.driver_version);
+    return result;
+}
+
+nb::dict copy_rates(std::size_t bytes, int repeats) {
+    const CopyRates rates = measure_copies(bytes, repeats);
+    nb::dict result;
+    result["pinned_up"] = rates.pinned_up;
+    result["pinned_down"] = rates.pinned_down;
+    result["pinned_both"] = rates.pinned_both;
+    result["pageable_up"] = rates.pageable_up;
+    result["pageable_down"] = rates.pageable_down;
+    result["device"] = rates.device;
     return result;
 }
 
@@ -90,11 +103,12 @@ Translation translation_of(const std::string& source, int architecture,
 KernelSpecification specification_of(const std::string& kernel, const std::string& model,
                                      const std::string& precision, std::uint32_t features,
                                      int stack_capacity, const std::string& film, bool layered,
-                                     bool count_rays) {
+                                     bool count_rays, const std::string& traversal) {
     return {.kernel = kernel,
             .model = model,
             .precision = precision,
             .features = features,
+            .traversal = traversal,
             .stack_capacity = stack_capacity,
             .film = film,
             .layered = layered,
@@ -114,6 +128,10 @@ void bind_availability(nb::module_& module) {
         "device_info", &device_info, "ordinal"_a = 0,
         "Name, uuid, compute capability, sizes (bytes), clocks (kHz) and driver version of a "
         "GPU. Raises CudaError without one.");
+    module.def("copy_rates", &copy_rates, "bytes"_a, "repeats"_a = 5,
+               "Measures copies of so many bytes; bytes a second, the fastest of the repeats: "
+               "pinned_up, pinned_down, pinned_both (each way, both at once), pageable_up, "
+               "pageable_down, device (read and written). Raises CudaError.");
 }
 
 void bind_compiler(nb::module_& module) {
@@ -144,25 +162,29 @@ void bind_compiler(nb::module_& module) {
         "kernel_source",
         [](const std::string& kernel, const std::string& model, const std::string& precision,
            std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
-           bool count_rays) {
+           bool count_rays, const std::string& traversal) {
             return kernel_source(specification_of(kernel, model, precision, features,
-                                                  stack_capacity, film, layered, count_rays));
+                                                  stack_capacity, film, layered, count_rays,
+                                                  traversal));
         },
         "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
         "film"_a = "int64", "layered"_a = false, "count_rays"_a = false,
+        "traversal"_a = name_of(default_traversal),
         "The translation unit of a kernel. Raises ValueError naming what is unknown.");
     module.def(
         "compile_kernel",
         [](const std::string& kernel, const std::string& model, const std::string& precision,
            std::uint32_t features, int stack_capacity, const std::string& film, bool layered,
-           bool count_rays, int architecture, bool use_cache) {
-            const KernelSpecification specification = specification_of(
-                kernel, model, precision, features, stack_capacity, film, layered, count_rays);
+           bool count_rays, const std::string& traversal, int architecture, bool use_cache) {
+            const KernelSpecification specification =
+                specification_of(kernel, model, precision, features, stack_capacity, film, layered,
+                                 count_rays, traversal);
             return build(kernel_translation(specification, architecture), use_cache);
         },
         "kernel"_a, "model"_a, "precision"_a, "features"_a, "stack_capacity"_a = 1,
-        "film"_a = "int64", "layered"_a = false, "count_rays"_a = false, nb::kw_only(),
-        "architecture"_a, "use_cache"_a = true,
+        "film"_a = "int64", "layered"_a = false, "count_rays"_a = false,
+        "traversal"_a = name_of(default_traversal), nb::kw_only(), "architecture"_a,
+        "use_cache"_a = true,
         "Compiles a kernel for an architecture (90 is sm_90); no GPU is needed. See "
         "compile_source.");
     module.def(
@@ -177,8 +199,8 @@ void bind_compiler(nb::module_& module) {
                                             architecture),
                          use_cache);
         },
-        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = "bvh2", "count"_a = false,
-        nb::kw_only(), "architecture"_a, "use_cache"_a = true,
+        "any_hit"_a, "precision"_a, "features"_a, "traversal"_a = name_of(default_traversal),
+        "count"_a = false, nb::kw_only(), "architecture"_a, "use_cache"_a = true,
         "Compiles the kernel that replays rays, for closest hits or for any hit. See "
         "compile_source.");
     module.def(

@@ -51,6 +51,7 @@ std::optional<std::string> find_entry_points(const SharedLibrary& library, Drive
     find("cuMemcpyDtoH_v2", api.memcpy_device_to_host);
     find("cuMemcpyHtoDAsync_v2", api.memcpy_host_to_device_async);
     find("cuMemcpyDtoHAsync_v2", api.memcpy_device_to_host_async);
+    find("cuMemcpyDtoDAsync_v2", api.memcpy_device_to_device_async);
     find("cuMemsetD8Async", api.memset_d8_async);
     find("cuStreamCreate", api.stream_create);
     find("cuStreamDestroy_v2", api.stream_destroy);

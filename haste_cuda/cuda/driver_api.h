@@ -87,6 +87,8 @@ struct DriverApi {
     CUresult (*memcpy_device_to_host)(void*, CUdeviceptr, std::size_t bytes);
     CUresult (*memcpy_host_to_device_async)(CUdeviceptr, const void*, std::size_t bytes, CUstream);
     CUresult (*memcpy_device_to_host_async)(void*, CUdeviceptr, std::size_t bytes, CUstream);
+    CUresult (*memcpy_device_to_device_async)(CUdeviceptr, CUdeviceptr, std::size_t bytes,
+                                              CUstream);
     CUresult (*memset_d8_async)(CUdeviceptr, unsigned char value, std::size_t bytes, CUstream);
 
     CUresult (*stream_create)(CUstream*, unsigned flags);

@@ -140,8 +140,8 @@ Translation translation_of(std::string source, std::string name, std::string_vie
 }  // namespace
 
 std::string KernelSpecification::name() const {
-    return kernel + " " + model + " " + precision + " features=" + hexadecimal(features) +
-           " stack=" + std::to_string(stack_capacity) + " film=" + film +
+    return kernel + " " + model + " " + precision + " features=" + hexadecimal(features) + " " +
+           traversal + " stack=" + std::to_string(stack_capacity) + " film=" + film +
            " layered=" + (layered ? "1" : "0") + " count=" + (count_rays ? "1" : "0");
 }
 
@@ -184,13 +184,14 @@ std::string kernel_source(const KernelSpecification& specification) {
         throw std::invalid_argument("a kernel's stack holds at least one ray, not " +
                                     std::to_string(specification.stack_capacity));
     }
+    check_traversal(specification.traversal);
     const auto flag = [](bool value) { return std::string(value ? "true" : "false"); };
     std::string source = "#include \"cuda/kernels/" + std::string(kernel.header) + "\"\n";
     source += "using Config = haste::KernelConfig<" + std::string(model.type) +
               ", haste::Features<" + hexadecimal(specification.features) + "u>, " +
-              std::string(precision.type) + ", " + std::to_string(specification.stack_capacity) +
-              ", " + std::string(film.type) + ", " + flag(specification.layered) + ", " +
-              flag(specification.count_rays) + ">;\n";
+              std::string(precision.type) + ", haste::TraversalKind::" + specification.traversal +
+              ", " + std::to_string(specification.stack_capacity) + ", " + std::string(film.type) +
+              ", " + flag(specification.layered) + ", " + flag(specification.count_rays) + ">;\n";
     // A grid constant stays in constant memory where its address is taken.
     source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
               "(const __grid_constant__ " + std::string(kernel.parameters) + " parameters) {\n";

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/traversal_kind.h"
 #include "cuda/nvrtc.h"
 
 namespace haste::cuda {
@@ -19,13 +20,14 @@ struct KernelSpecification {
     std::string model;  ///< "haste", "whitted" or "path"
     std::string precision = "watertight";
     std::uint32_t features = 0;  ///< bits of haste::Features that the scene requires
+    std::string traversal = name_of(default_traversal);
     int stack_capacity = 1;      ///< rays that a private stack holds
     std::string film = "int64";  ///< or "float_atomic"
     bool layered = false;        ///< a film a layer, weighted afterwards
     bool count_rays = false;
 
-    /// "depth_first haste watertight features=0x3f stack=12 film=int64 layered=0 count=0": names
-    /// launches and errors.
+    /// "depth_first haste watertight features=0x3f bvh8 stack=12 film=int64 layered=0 count=0":
+    /// names launches and errors.
     [[nodiscard]] std::string name() const;
 };
 
@@ -33,7 +35,7 @@ struct KernelSpecification {
 /// scene only which primitives it has.
 struct ReplaySpecification {
     bool any_hit = false;
-    std::string traversal = "bvh2";
+    std::string traversal = name_of(default_traversal);
     bool count = false;  ///< counts what is visited, one thread a ray
     std::string precision = "watertight";
     std::uint32_t features =

@@ -93,6 +93,15 @@ public:
         return host;
     }
 
+    /// Copies another buffer of the same size on the device, behind the work in `stream`.
+    void copy_from(const DeviceBuffer& other, const Stream& stream) {
+        require_room(other.size_);
+        if (other.size_ > 0) {
+            HASTE_CUDA_CHECK(driver().memcpy_device_to_device_async(
+                address_, other.address_, other.bytes(), stream.handle()));
+        }
+    }
+
     /// Sets every byte to zero, behind the work in `stream`.
     void clear(const Stream& stream) {
         if (size_ > 0) {

@@ -44,11 +44,14 @@ u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 light
 }
 
 KernelSpecification specification_of(const HostScene& host, ModelKind model,
-                                     const Settings<float>& settings, const Schedule& schedule) {
+                                     const Settings<float>& settings, const Schedule& schedule,
+                                     TraversalKind traversal) {
     KernelSpecification specification;
     specification.model = model_name(model);
     specification.precision = name_of(schedule.precision);
-    specification.features = host.features();
+    const bool clamps = model == ModelKind::path && settings.clamp < Numeric<float>::infinity;
+    specification.features = host.features() | (clamps ? u32(feature_clamp) : 0u);
+    specification.traversal = name_of(traversal);
     specification.stack_capacity = int(stack_capacity(model, settings));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";
     specification.layered = schedule.accumulation == Accumulation::layer_weighted;
@@ -63,7 +66,11 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
                             const Schedule& schedule) {
     check_settings(model, settings, samples, schedule);
     CudaOutput output;
-    output.upload_seconds = state_->upload(host, scene, default_traversal);
+    const SceneArrays& arrays = host.arrays();
+    const TraversalKind traversal = schedule.traversal.value_or(image_traversal(
+        schedule.engine, arrays.triangle_shape.size() + arrays.sphere_radius.size()));
+    output.traversal = name_of(traversal);
+    output.upload_seconds = state_->upload(host, scene, traversal);
     output.scene_bytes = scene->device.bytes();
 
     RenderParams pass{};
@@ -81,7 +88,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
         {.device = state_->device,
          .kernels = state_->kernels,
          .stream = state_->stream,
-         .kernel = specification_of(host, model, settings, schedule),
+         .kernel = specification_of(host, model, settings, schedule, traversal),
          .schedule = schedule,
          .tree = ray_tree(model, settings),
          .most_shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count)});
@@ -96,6 +103,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
         film.clear(state_->stream);
         state_->stream.synchronize();
         const EnginePass done = engine->run(pass);
+        output.render.work.append(done.work, output.render.seconds);
         output.render.seconds += done.seconds;
         output.render.peak_queue_bytes =
             std::max(output.render.peak_queue_bytes, done.peak_queue_bytes);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "accel/host_scene.h"
 #include "cpu/replay.h"
@@ -12,6 +13,7 @@ namespace haste::cuda {
 /// A render and the figures of its kernel.
 struct CudaOutput {
     RenderOutput render;
+    std::string traversal;
     double compile_seconds = 0;   ///< to compile or load the kernels; 0 once they are in memory
     bool compile_cached = false;  ///< the main kernel came from the cache
     double upload_seconds = 0;    ///< 0 once the scene is on the device

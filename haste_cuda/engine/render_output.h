@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/engine/ray_counts.h"
+#include "engine/schedule_work.h"
 
 namespace haste {
 
@@ -16,6 +17,7 @@ struct RenderOutput {
     double seconds = 0;        ///< tracing alone
     RayCounts rays;
     u64 peak_queue_bytes = 0;
+    ScheduleWork work;
     u64 non_finite = 0;  ///< contributions dropped because they were not finite
 };
 

@@ -20,6 +20,7 @@ void check_model(ModelKind model, const Settings<float>& settings) {
         if (settings.max_depth == 0 || settings.max_depth > deepest) {
             refuse("max_depth must be 1 .. 65535");
         }
+        if (!(settings.clamp > 0)) refuse("clamp must be positive");
         return;
     }
     if (settings.max_layers == 0 || settings.max_layers > deepest) {
@@ -54,6 +55,15 @@ void check_queue(const RayTree& tree, const Schedule& schedule) {
 }
 
 }  // namespace
+
+TraversalKind image_traversal(EngineKind engine, u64 primitives) {
+    // Kernels that have all of an image in them are at the limit of their registers already, and
+    // their threads test primitives one by one: a small scene's wide nodes do not pay there.
+    constexpr u64 small_scene = u64(1) << 16;
+    const bool private_stacks =
+        engine == EngineKind::depth_first || engine == EngineKind::persistent;
+    return private_stacks && primitives < small_scene ? small_scene_traversal : default_traversal;
+}
 
 RayTree ray_tree(ModelKind model, const Settings<float>& settings) {
     switch (model) {

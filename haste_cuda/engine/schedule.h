@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/base/settings.h"
+#include "core/base/traversal_kind.h"
 #include "core/engine/ray_tree.h"
 #include "core/film/fixed_point.h"
 #include "core/precision.h"
@@ -32,7 +34,8 @@ enum class Accumulation { flat, layer_weighted };
 struct Schedule {
     EngineKind engine = EngineKind::depth_first;
     IntersectorKind intersector = IntersectorKind::haste;
-    u64 packet = 65536;  ///< most rays traced at once
+    std::optional<TraversalKind> traversal;  ///< on the GPU; `image_traversal` by itself
+    u64 packet = 65536;                      ///< most rays traced at once
     QueueOrder order = QueueOrder::fifo;
     u64 queue_bytes = u64(4) << 30;  ///< most that waiting rays may take
     Accumulation accumulation = Accumulation::flat;
@@ -43,6 +46,7 @@ struct Schedule {
     int block = 128;  ///< threads of a CUDA block
     PrecisionKind precision = PrecisionKind::watertight;
     bool count_rays = false;
+    bool record_spans = false;  ///< of `ScheduleWork`, on the GPU
     u32 pass_samples = FixedPoint::max_pass_samples;
 };
 
@@ -52,6 +56,9 @@ struct Schedule {
 /// Most rays that a depth-first walk of one sample can have waiting: every layer leaves a sibling
 /// behind, and the ambient rays of one hit lie on top.
 [[nodiscard]] u32 stack_capacity(ModelKind model, const Settings<float>& settings);
+
+/// How the GPU finds what the rays of an image hit, where the schedule leaves it open.
+[[nodiscard]] TraversalKind image_traversal(EngineKind engine, u64 primitives);
 
 /// Weights of the film's layers: R^k for `layer_weighted` (equation 8), else {1}.
 [[nodiscard]] std::vector<double> layer_weights(const Schedule& schedule,

@@ -9,9 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-import os
 import platform
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -29,6 +27,7 @@ from harness.scene import (
     load_scene,
     parse_scene,
 )
+from harness.whole_files import write_array, write_whole, written_whole
 from reference.mitsuba.llvm import select_library
 from reference.mitsuba.rendering import LoadedScene, is_recentred, load, render
 from reference.mitsuba.variants import UnavailableVariantError, available
@@ -218,7 +217,7 @@ def _read_batch(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32] | Non
 
 
 def _write_batch(path: Path, image: NDArray[np.float64]) -> None:
-    _write(path, lambda temporary: np.save(temporary, image.astype(np.float32)))
+    write_array(path, image.astype(np.float32))
 
 
 def _check_finite(image: NDArray[np.float64], what: str) -> None:
@@ -235,23 +234,8 @@ def _remove(paths: Any) -> None:
         path.unlink(missing_ok=True)
 
 
-def _write(path: Path, write: Callable[[Path], object]) -> None:
-    """Writes a file beside ``path``, then renames it: readers see all of it or nothing."""
-    descriptor, name = tempfile.mkstemp(prefix=".partial-", suffix=path.suffix, dir=path.parent)
-    os.close(descriptor)
-    temporary = Path(name)
-    try:
-        write(temporary)
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-
-
 def _write_record(out_dir: Path, record: Mapping[str, Any]) -> None:
-    text = json.dumps(record, indent=1) + "\n"
-    _write(out_dir / RECORD, lambda path: path.write_text(text))
+    write_whole(out_dir / RECORD, json.dumps(record, indent=1) + "\n")
 
 
 def _write_exr(path: Path, image: NDArray[np.float64]) -> None:
@@ -260,4 +244,5 @@ def _write_exr(path: Path, image: NDArray[np.float64]) -> None:
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     channels = {"RGB": np.ascontiguousarray(image, dtype=np.float32)}
-    _write(path, lambda temporary: OpenEXR.File(header, channels).write(str(temporary)))
+    with written_whole(path) as (temporary,):
+        OpenEXR.File(header, channels).write(str(temporary))

@@ -21,7 +21,7 @@ NODE = np.dtype(
         ("first_child", "<u4"),
         ("first_primitive", "<u4"),
         ("primitives", "<u4"),
-        ("two_to_15", "<f4"),
+        ("offset", "<f4"),
         ("lower", "u1", (3, 8)),
         ("upper", "u1", (3, 8)),
     ]

@@ -24,13 +24,13 @@ def test_every_traversal_is_compiled_here():
 def test_a_replay_kernel_spills_nothing(
     compiler: ModuleType, traversal: str, features: int, any_hit: bool, architecture: int
 ):
-    # Resident rays of both kinds keep what either test needs.
-    both = traversal == "bvh8" and features == TRIANGLES | SPHERES
+    # Resident rays of both kinds keep what either test needs; sm_90 is what they are tuned for.
+    fewer = traversal == "bvh8" and (features == TRIANGLES | SPHERES or architecture != 90)
     check(
         compiler.compile_replay_kernel(
             any_hit, "watertight", features, traversal, architecture=architecture
         ),
-        blocks=3 if both else 4,
+        blocks=3 if fewer else 4,
     )
 
 

@@ -14,7 +14,7 @@ from haste_cuda._core import testing
 from numpy.typing import NDArray
 
 import haste_cuda
-from harness.gate import GateSettings
+from harness.bounds import GateSettings
 from harness.scene import load_scene, load_settings
 from harness.statistics.bias import GATE_LEVEL, Verdict, judge_equivalence, relative_bias
 from harness.statistics.metrics import Truth, make_truth

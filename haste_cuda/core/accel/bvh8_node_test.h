@@ -14,10 +14,10 @@ namespace haste {
 /// covers, the last product loses up to 2^-8 of a step there, half of `plane_margin`; s is a power
 /// of two.
 ///
-/// The GPU measures t in the `farthest` that any hit has, so that what a slab's entry must be
-/// clamped to is [0, 1], which its multiplications do for nothing. It does not look at t_min: boxes
-/// before it are visited in vain. Scaling costs three roundings more, for which the padding has
-/// room.
+/// The GPU measures t in twice the `farthest` that any hit has, so that a slab's entry may be
+/// clamped to [0, 1], which its multiplications do for nothing: no box is left beyond a half. It
+/// does not look at t_min: boxes before it are visited in vain. Scaling costs three roundings more,
+/// for which the padding has room.
 struct Bvh8NodeTest {
     PaddedRay<float> ray;
     float unit;  ///< what t is multiplied by
@@ -30,7 +30,7 @@ struct Bvh8NodeTest {
           octant((ray.inverse.x < 0.0f ? 0u : 1u) | (ray.inverse.y < 0.0f ? 0u : 2u) |
                  (ray.inverse.z < 0.0f ? 0u : 4u)) {
         if constexpr (on_device) {
-            unit = 1.0f / maximum(ray.farthest, Numeric<float>::least_reach);
+            unit = 0.5f / maximum(ray.farthest, Numeric<float>::least_distance);
             ray.inverse = ray.inverse * unit;
             ray.pad = ray.pad * unit;
         }

@@ -7,6 +7,7 @@
 #include "cuda/kernels/render_params.h"
 #include "cuda/memory.h"
 #include "engine/schedule.h"
+#include "engine/schedule_work.h"
 
 namespace haste::cuda {
 
@@ -25,6 +26,7 @@ struct EngineRequest {
 struct EnginePass {
     double seconds = 0;  ///< tracing alone
     u64 peak_queue_bytes = 0;
+    ScheduleWork work;
 };
 
 /// A way to schedule rays on the GPU. Allocates and compiles in its constructor, so that `run` does
@@ -57,6 +59,15 @@ protected:
         // Refused by the launch, with its own message, where no block fits.
         return std::size_t(blocks > 0 ? blocks : 1) *
                std::size_t(request_.device.info().multiprocessors);
+    }
+
+    /// What an engine whose pass is one launch did: it traced.
+    [[nodiscard]] ScheduleWork one_launch(double seconds, u64 launches = 1) const {
+        ScheduleWork work{.launches = launches, .bytes_moved = 0, .spans = {}};
+        if (request_.schedule.record_spans) {
+            work.spans.push_back({WorkKind::trace, 0, 0, seconds, 0});
+        }
+        return work;
     }
 
     EngineRequest request_;

@@ -20,7 +20,7 @@ public:
 
 private:
     /// Traces a slice into the buffer of the generation below it.
-    void trace(const PacketParams& slice, std::size_t generation);
+    void trace(const PacketParams& slice, std::size_t generation, WorkLog& log);
 
     const Kernel& kernel_;
     LayerPlan plan_;

@@ -1,7 +1,6 @@
 #include "cuda/engines/packets.h"
 
 #include "engine/ray_queue.h"
-#include "host/stopwatch.h"
 
 namespace haste::cuda {
 
@@ -10,50 +9,75 @@ PacketsEngine::PacketsEngine(const EngineRequest& request)
     const u64 rays = request.schedule.packet;
     const u64 children = rays * request.tree.children;
     if (request.schedule.allocation == Allocation::once) {
-        kept_ = std::make_unique<Buffers>(rays, children);
+        buffers_ = std::make_unique<Buffers>(rays, children);
     }
     packet_ = std::make_unique_for_overwrite<Ray<float>[]>(rays);
     children_ = std::make_unique_for_overwrite<Ray<float>[]>(children);
 }
 
 EnginePass PacketsEngine::run(const RenderParams& pass) {
-    const Stopwatch watch;
+    WorkLog log(request_.schedule.record_spans);
+    ScheduleWork work;
     RayQueue queue(pass.scene.camera, pass.range, request_.tree, request_.schedule);
+    const bool per_packet = request_.schedule.allocation == Allocation::per_packet;
     for (;;) {
-        const u64 size = queue.pop_packet({packet_.get(), request_.schedule.packet});
+        const u64 size = log.time(WorkKind::pop, [&] {
+            return queue.pop_packet({packet_.get(), request_.schedule.packet});
+        });
         if (size == 0) break;
-        const std::span<const Ray<float>> packet(packet_.get(), size);
-        u64 spawned = 0;
-        if (kept_) {
-            spawned = trace(pass, packet, *kept_);
-        } else {
-            Buffers buffers(size, size * request_.tree.children);
-            spawned = trace(pass, packet, buffers);
+        if (per_packet) {
+            log.time(WorkKind::allocate, [&]() -> u64 {
+                buffers_ = std::make_unique<Buffers>(size, size * request_.tree.children);
+                return 0;
+            });
         }
-        queue.push({children_.get(), spawned});
+        const u64 spawned = trace(pass, {packet_.get(), size}, log);
+        if (per_packet) {
+            log.time(WorkKind::allocate, [&]() -> u64 {
+                buffers_.reset();
+                return 0;
+            });
+        }
+        log.time(WorkKind::push, [&] {
+            queue.push({children_.get(), spawned});
+            return spawned;
+        });
+        ++work.launches;
+        work.bytes_moved += (size + spawned) * sizeof(Ray<float>) + sizeof(u32);
     }
     request_.stream.synchronize();
-    return {watch.seconds(), queue.peak_bytes()};
+    work.spans = log.take();
+    return {log.seconds(), queue.peak_bytes(), std::move(work)};
 }
 
 u64 PacketsEngine::trace(const RenderParams& pass, std::span<const Ray<float>> packet,
-                         Buffers& buffers) {
+                         WorkLog& log) {
     Stream& stream = request_.stream;
-    buffers.rays.upload(packet);
-    buffers.child_count.clear(stream);
-    const PacketParams parameters{.render = pass,
-                                  .rays = buffers.rays.data(),
-                                  .ray_count = u32(packet.size()),
-                                  .camera_ray_count = 0,
-                                  .first_camera_ray = 0,
-                                  .children = buffers.children.data(),
-                                  .child_count = buffers.child_count.data()};
-    kernel_.launch(Launch::for_items(packet.size(), request_.schedule.block), stream, parameters);
-    stream.synchronize();
-    u32 spawned = 0;
-    buffers.child_count.download(std::span(&spawned, 1));
-    buffers.children.download(std::span(children_.get(), spawned));
-    return spawned;
+    Buffers& buffers = *buffers_;
+    log.time(WorkKind::upload, [&] {
+        buffers.rays.upload(packet);
+        return packet.size();
+    });
+    log.time(WorkKind::trace, [&] {
+        buffers.child_count.clear(stream);
+        const PacketParams parameters{.render = pass,
+                                      .rays = buffers.rays.data(),
+                                      .ray_count = u32(packet.size()),
+                                      .camera_ray_count = 0,
+                                      .first_camera_ray = 0,
+                                      .children = buffers.children.data(),
+                                      .child_count = buffers.child_count.data()};
+        kernel_.launch(Launch::for_items(packet.size(), request_.schedule.block), stream,
+                       parameters);
+        stream.synchronize();
+        return packet.size();
+    });
+    return log.time(WorkKind::download, [&] {
+        u32 spawned = 0;
+        buffers.child_count.download(std::span(&spawned, 1));
+        buffers.children.download(std::span(children_.get(), spawned));
+        return u64(spawned);
+    });
 }
 
 }  // namespace haste::cuda

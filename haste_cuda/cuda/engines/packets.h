@@ -27,10 +27,10 @@ private:
     };
 
     /// Traces a packet; its children are in `children_`, as many as it returns.
-    u64 trace(const RenderParams& pass, std::span<const Ray<float>> packet, Buffers& buffers);
+    u64 trace(const RenderParams& pass, std::span<const Ray<float>> packet, WorkLog& log);
 
     const Kernel& kernel_;
-    std::unique_ptr<Buffers> kept_;  ///< null where they are allocated for each packet
+    std::unique_ptr<Buffers> buffers_;
     std::unique_ptr<Ray<float>[]> packet_;
     std::unique_ptr<Ray<float>[]> children_;
 };

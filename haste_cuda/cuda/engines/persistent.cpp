@@ -28,7 +28,8 @@ EnginePass PersistentEngine::run(const RenderParams& pass) {
     start_.record(stream);
     kernel_.launch({.blocks = blocks_, .threads = request_.schedule.block}, stream, parameters);
     end_.record(stream);
-    return {.seconds = seconds_between(start_, end_)};
+    const double seconds = seconds_between(start_, end_);
+    return {seconds, 0, one_launch(seconds)};
 }
 
 }  // namespace haste::cuda

@@ -24,9 +24,10 @@ StreamsEngine::StreamsEngine(const EngineRequest& request)
     : Engine(request),
       kernel_(kernel("packet")),
       chunk_rays_(chunk_rays(request)),
-      admission_(request.tree, request.schedule.queue_bytes / sizeof(Ray<float>) / chunk_rays_, 1) {
+      admission_(request.tree, request.schedule.queue_bytes / sizeof(Ray<float>) / chunk_rays_, 1),
+      events_(request.schedule.record_spans) {
     for (u32 i = 0; i < request.schedule.streams; ++i) {
-        lanes_.emplace_back(chunk_rays_, chunk_rays_ * request.tree.children);
+        lanes_.emplace_back(chunk_rays_, chunk_rays_ * request.tree.children).number = i;
     }
     // What is in use while nothing piles up; page-locking takes time that is not tracing's.
     const u64 usual = u64(request.schedule.streams) * (request.tree.children + 1);
@@ -38,6 +39,8 @@ EnginePass StreamsEngine::run(const RenderParams& pass) {
     camera_rays_ = pass.range.count(pass.scene.camera);
     next_camera_ray_ = 0;
     peak_rays_ = 0;
+    work_ = {};
+    events_.start(lanes_.front().stream);
     for (;;) {
         bool moved = false;
         for (Lane& lane : lanes_) {
@@ -47,7 +50,9 @@ EnginePass StreamsEngine::run(const RenderParams& pass) {
         if (under_way_ == 0) break;
         std::this_thread::yield();
     }
-    return {watch.seconds(), peak_rays_ * sizeof(Ray<float>)};
+    const double seconds = watch.seconds();
+    work_.spans = events_.spans();
+    return {seconds, peak_rays_ * sizeof(Ray<float>), std::move(work_)};
 }
 
 bool StreamsEngine::launch(const RenderParams& pass, Lane& lane) {
@@ -66,7 +71,9 @@ bool StreamsEngine::launch(const RenderParams& pass, Lane& lane) {
         newest ? waiting_.pop_back() : waiting_.pop_front();
         parameters.ray_count = lane.source.size;
         waiting_rays_ -= lane.source.size;
-        lane.rays.upload(lane.source.rays.front(lane.source.size), lane.stream);
+        events_.time(WorkKind::upload, lane.number, lane.source.size, lane.stream, [&] {
+            lane.rays.upload(lane.source.rays.front(lane.source.size), lane.stream);
+        });
     }
     if (admitted || parameters.ray_count == 0) {
         parameters.camera_ray_count = u32(std::min(chunk_rays_ - parameters.ray_count, unborn));
@@ -77,11 +84,14 @@ bool StreamsEngine::launch(const RenderParams& pass, Lane& lane) {
     parameters.children = lane.children.data();
     parameters.child_count = lane.child_count.data();
     lane.child_count.clear(lane.stream);
-    kernel_.launch(Launch::for_items(parameters.ray_count + parameters.camera_ray_count,
-                                     request_.schedule.block),
-                   lane.stream, parameters);
+    const u64 rays = parameters.ray_count + parameters.camera_ray_count;
+    events_.time(WorkKind::trace, lane.number, rays, lane.stream, [&] {
+        kernel_.launch(Launch::for_items(rays, request_.schedule.block), lane.stream, parameters);
+    });
     lane.child_count.download(lane.seen_count.front(1), lane.stream);
     lane.state = Lane::State::tracing;
+    ++work_.launches;
+    work_.bytes_moved += parameters.ray_count * sizeof(Ray<float>) + sizeof(u32);
     ++under_way_;
     return true;
 }
@@ -109,9 +119,12 @@ void StreamsEngine::start_download(Lane& lane) {
     for (u64 first = 0; first < spawned; first += chunk_rays_) {
         Chunk chunk = take_chunk();
         chunk.size = u32(std::min(chunk_rays_, spawned - first));
-        lane.children.download(chunk.rays.front(chunk.size), lane.stream, first);
+        events_.time(WorkKind::download, lane.number, chunk.size, lane.stream, [&] {
+            lane.children.download(chunk.rays.front(chunk.size), lane.stream, first);
+        });
         lane.landing.push_back(std::move(chunk));
     }
+    work_.bytes_moved += spawned * sizeof(Ray<float>);
     lane.state = Lane::State::downloading;
 }
 

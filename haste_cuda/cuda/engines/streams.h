@@ -7,6 +7,7 @@
 #include "core/engine/admission.h"
 #include "cuda/engines/engine.h"
 #include "cuda/kernels/packet_params.h"
+#include "cuda/work_events.h"
 
 namespace haste::cuda {
 
@@ -39,6 +40,7 @@ private:
         Lane(u64 packet, u64 children) : rays(packet), children(children), child_count(1) {}
 
         State state = State::idle;
+        u32 number = 0;
         Stream stream;
         DeviceBuffer<Ray<float>> rays;
         DeviceBuffer<Ray<float>> children;
@@ -67,6 +69,8 @@ private:
     u64 next_camera_ray_ = 0;
     u64 waiting_rays_ = 0;
     u64 peak_rays_ = 0;
+    WorkEvents events_;
+    ScheduleWork work_;
 };
 
 }  // namespace haste::cuda

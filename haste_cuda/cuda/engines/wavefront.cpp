@@ -60,7 +60,8 @@ EnginePass WavefrontEngine::run(const RenderParams& pass) {
     }
     end_.record(stream);
     const double seconds = seconds_between(start_, end_);
-    return {seconds, u64(seen_.data()[0].peak) * sizeof(Ray<float>)};
+    const WavefrontState& last = seen_.data()[0];
+    return {seconds, last.peak * sizeof(Ray<float>), one_launch(seconds, last.packets)};
 }
 
 void WavefrontEngine::launch_packet(const WavefrontParams& parameters) {

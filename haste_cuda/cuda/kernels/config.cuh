@@ -12,12 +12,12 @@
 namespace haste {
 
 /// What a kernel is compiled for, in one type.
-template <template <class, class> class M, class F, class P, u32 Capacity, class FilmSumType,
-          bool Layered, bool Count>
+template <template <class, class> class M, class F, class P, TraversalKind Traversal, u32 Capacity,
+          class FilmSumType, bool Layered, bool Count>
 struct KernelConfig {
     using Real = typename P::Real;
     using Model = M<P, F>;
-    using Intersector = DefaultIntersector<P, F>;
+    using Intersector = IntersectorOf<Traversal, P, F>;
     using Sum = FilmSumType;
     static constexpr u32 stack_capacity = Capacity;  ///< rays that a private stack holds
     static constexpr bool layered = Layered;  ///< a film a layer, weighted afterwards (equation 8)

@@ -26,6 +26,7 @@ __device__ void wavefront_plan(const WavefrontParams& parameters) {
     state.packet = u32(plan.size());
     state.shadows = 0;
     state.done = plan.size() == 0;
+    if (!state.done) ++state.packets;
 }
 
 /// Step 2: moves the pending rays out of the way of their children and makes the camera rays.

@@ -15,6 +15,7 @@ struct WavefrontState {
     u32 packet;        ///< rays of the packet
     u32 shadows;       ///< shadow rays of the packet
     u32 peak;          ///< most rays that waited
+    u32 packets;       ///< that were not empty
     u32 done;          ///< 1: no ray waits and none is to be made
 };
 

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from guest_scenes import scanned_types
 
+from harness.bounds import GateSettings
 from harness.describe import describe_scene, format_description
-from harness.gate import GateSettings, describe, judge
+from harness.gate import describe, judge
 from harness.retarget import retarget
 from harness.scene import active_variant, load_settings, parser_config
 from harness.scene.plugins import SUPPORTED

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -66,6 +66,11 @@ class SteadyB(SteadyA):
 class Packets(SteadyA):
     name: ClassVar[str] = "P"
     engines: ClassVar[tuple[str, ...]] = ("depth_first", "packets")
+
+
+class Turning(SteadyA):
+    name: ClassVar[str] = "T"
+    knobs: ClassVar[frozenset[str]] = frozenset({"max_depth", "rr_depth"})
 
 
 class Missing(SteadyA):
@@ -169,3 +174,14 @@ class DyingWhenTimed(Replaying):
         if how["repeats"] == 2:
             os.abort()
         return super()._replay(rays, way, **how)
+
+
+class FailsAtLargePackets(Packets):
+    """Has no room for packets of 64 rays."""
+
+    name: ClassVar[str] = "failing"
+
+    def render(self, seed: int, spp: int, **rest: Any) -> RenderResult:
+        if rest.get("options", {}).get("packet") == 64:
+            raise MemoryError("no room for 64 rays")
+        return super().render(seed, spp, **rest)

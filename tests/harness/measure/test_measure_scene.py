@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -131,31 +132,37 @@ def test_a_changed_sample_count_renders_again(fake: Any, make_config: Any):
     assert {row["spp"] for row in rows} == {8}, rows
 
 
+def start_measuring(folder: Path, kind: str, **variables: str) -> subprocess.Popen[str]:
+    """Start the scene's job with fake tracers, the first of them of a kind, in another process."""
+    script = (
+        "import sys; from pathlib import Path\n"
+        "from harness.measure.config import load_config\n"
+        "from harness.measure.job import measure_scene\n"
+        "from harness.tracers.registry import TRACERS\n"
+        "if __name__ == '__main__':\n"
+        f"    TRACERS['haste-cpu'] = 'fake_tracers:{kind}'\n"
+        "    TRACERS['embree'] = 'fake_tracers:SteadyB'\n"
+        f"    measure_scene(load_config(Path({str(folder / 'config.yaml')!r})), 'lamp', 1)\n"
+    )
+    path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    return subprocess.Popen(
+        [sys.executable, "-c", script],
+        env={**os.environ, **variables, "PYTHONPATH": path},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
 def test_a_killed_run_goes_on_without_rendering_a_finished_image_again(
     fake: Any, make_config: Any, tmp_path: Path
 ):
     fake(haste_cpu="KillsItsParent", embree="SteadyB")
     config = make_config()
     folder = config.scene_dir("lamp")
-    script = (
-        "import json, sys; from pathlib import Path\n"
-        "from harness.measure.config import load_config\n"
-        "from harness.measure.job import measure_scene\n"
-        "from harness.tracers.registry import TRACERS\n"
-        "if __name__ == '__main__':\n"
-        "    TRACERS['haste-cpu'] = 'fake_tracers:KillsItsParent'\n"
-        "    TRACERS['embree'] = 'fake_tracers:SteadyB'\n"
-        f"    measure_scene(load_config(Path({str(tmp_path / 'config.yaml')!r})), 'lamp', 1)\n"
-    )
-    path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
-    killed = subprocess.run(
-        [sys.executable, "-c", script],
-        env={**os.environ, "FAKE_KILL": "1", "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    process = start_measuring(tmp_path, "KillsItsParent", FAKE_KILL="1")
+    _, error = process.communicate()
+    assert process.returncode == -signal.SIGKILL, error
     before = files(folder)
     assert sum(name.endswith(".npy") for name in before) == 4, before
     assert not (folder / "measured.json").exists()
@@ -167,6 +174,28 @@ def test_a_killed_run_goes_on_without_rendering_a_finished_image_again(
     assert not any("counted" in call for call in new), new
     assert (folder / "measured.json").exists()
     assert not list(folder.rglob(".partial-*"))
+
+
+def test_of_two_jobs_of_one_scene_at_once_the_second_finds_what_the_first_has_rendered(
+    fake: Any, make_config: Any, tmp_path: Path
+):
+    fake(haste_cpu="SteadyA", embree="SteadyB")
+    config = make_config()
+    jobs = [start_measuring(tmp_path, "SteadyA") for _ in range(2)]
+    said = [job.communicate()[1] for job in jobs]
+    assert [job.returncode for job in jobs] == [0, 0], said
+    together = fake.calls()
+    folder = config.scene_dir("lamp")
+    images = files(folder)
+    measure_scene(config, "lamp", 1)
+    assert fake.calls() == together, "something was left to render"
+    assert files(folder) == images
+    shutil.rmtree(folder)
+    measure_scene(config, "lamp", 1)
+    alone = fake.calls()[len(together) :]
+    assert sorted(together) == sorted(alone), said
+    waited = [text for text in said if "another process is at it" in text]
+    assert len(waited) <= 1, said
 
 
 def test_an_aborting_tracer_fails_alone_with_its_last_words(fake: Any, make_config: Any):

@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -149,8 +151,26 @@ def test_a_case_is_sorted_and_reads_back():
     assert parse_case("") == {}
 
 
+@pytest.mark.parametrize(
+    ("columns", "interval", "message"),
+    [
+        ({"model": "phong"}, (1.0, 1.0, 1.0), r"measurements\.model: 'phong' is not one of path, "),
+        ({"engine": "queue"}, (1.0, 1.0, 1.0), r"measurements\.engine: 'queue' is not one of"),
+        ({"scene": 3}, (1.0, 1.0, 1.0), r"measurements\.scene: 3 is not of type string"),
+        ({}, (float("nan"),) * 3, r"measurements\.value: a row of status ok has none"),
+        ({}, (2.0, 0.0, 1.0), r"measurements\.value: 2 is not within 0 and 1"),
+    ],
+)
+def test_a_row_outside_the_schema_is_refused_by_its_column(
+    columns: dict[str, Any], interval: tuple[float, float, float], message: str
+):
+    subject = replace(SUBJECT, **columns)
+    with pytest.raises(SchemaError, match=message):
+        Recorder().measure(subject, "slope", Interval(*interval, 2))
+
+
 def test_a_failure_without_a_reason_is_refused():
-    with pytest.raises(SchemaError, match="needs a note"):
+    with pytest.raises(SchemaError, match=r"measurements\.note: .* needs the reason"):
         Recorder().measure(SUBJECT, "slope", Interval(1.0, 1.0, 1.0, 2), status="failed")
 
 
@@ -174,6 +194,17 @@ def test_a_tracer_that_failed_half_way_measures_nothing(fabricate_results: Calla
     frame = pd.read_csv(folder / "measurements.csv")
     (found,) = frame[(frame.tracer == "embree") & (frame.quantity == "relative_bias")].itertuples()
     assert (found.status, found.note) == ("failed", "died")
+
+
+def test_images_in_which_nothing_varies_say_so(fabricate_results: Callable[..., Path]):
+    folder = fabricate_results(scenes=("cornell-box",), models=("whitted",), seeds=2)
+    images = folder / "scenes/cornell-box/seeds/whitted/embree"
+    np.save(images / "seed_001.npy", np.load(images / "seed_000.npy"))
+    write_tables(folder)
+    frame = pd.read_csv(folder / "measurements.csv")
+    here = (frame.tracer == "embree") & (frame.quantity == "effective_pixels")
+    (found,) = frame[here].itertuples()
+    assert (found.status, found.note) == ("skipped", "nothing varies")
 
 
 def test_a_damaged_image_is_named(fabricate_results: Callable[..., Path]):

@@ -131,7 +131,7 @@ def test_every_traversal_of_the_core_gives_the_same_hits(name: str):
         assert np.array_equal(hits.primitive, expected.primitive), way
         structure = tracer.structure(way)
         assert structure is not None, way
-        assert (structure.size > 0.0) == (way.traversal != "brute_force"), way
+        assert (structure.size > 0.0) == (way.traversal != "brute_force"), (way, structure)
 
 
 def test_a_way_that_a_tracer_does_not_have_is_refused():
@@ -161,7 +161,8 @@ def test_embree_sees_the_same_in_every_call_and_mode():
         assert (found.hit != expected.hit).sum() <= 1, way
         assert (found.t[found.hit] == 0.0).all(), way
         structure = tracer.structure(way)
-        assert structure is not None and structure.size > 0.0, way
+        assert structure is not None, way
+        assert (structure.size > 0.0) == (way.traversal != "brute_force"), (way, structure)
 
 
 def test_packets_are_refused_where_embree_would_hand_them_to_a_callback_of_one_ray():

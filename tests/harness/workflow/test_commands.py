@@ -11,15 +11,9 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "rays", "stability", "tables", "report", "check", "features"}
-    assert set(COMMANDS) == wanted | {
-        "modes",
-        "surfaces",
-        "available",
-        "generate",
-        "thumbnails",
-        "sheet",
-    }
+    wanted = {"truth", "measure", "rays", "stability", "modes", "surfaces", "study"}
+    wanted |= {"tables", "report", "check", "baseline", "compare", "features", "available"}
+    assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 
 def test_a_bad_setting_is_one_line_and_exit_code_one(

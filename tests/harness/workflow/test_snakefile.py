@@ -1,5 +1,6 @@
 """The workflow as a user meets it: the command line, without rendering anything."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -68,3 +69,11 @@ def test_timed_jobs_own_every_core():
 def test_the_snakefile_stays_short():
     lines = (ROOT / "Snakefile").read_text().splitlines()
     assert len(lines) <= 40, len(lines)
+
+
+def test_every_rule_that_runs_a_command_writes_a_log():
+    for file in (ROOT / "harness" / "rules").glob("*.smk"):
+        _, *blocks = re.split(r"^ *rule\b.*:$", file.read_text(), flags=re.MULTILINE)
+        for block in blocks:
+            if re.search(r"^ +shell:$", block, flags=re.MULTILINE):
+                assert re.search(r"^ +log:$", block, flags=re.MULTILINE), f"{file.name}:{block}"
