@@ -4,6 +4,7 @@
 #include "core/accel/traversal.h"
 #include "cuda/event.h"
 #include "cuda/kernels/replay_params.h"
+#include "cuda/kernels/resident_params.h"
 #include "cuda/renderer_state.h"
 #include "host/stopwatch.h"
 
