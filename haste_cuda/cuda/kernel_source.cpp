@@ -197,15 +197,13 @@ std::string kernel_source(const KernelSpecification& specification) {
     std::string source = "#include \"cuda/kernels/" + std::string(kernel.header) + "\"\n";
     source += "using Config = haste::KernelConfig<" + std::string(model.type) +
               ", haste::Features<" + hexadecimal(specification.features) + "u>, " +
-              std::string(precision.type) + ", haste::TraversalKind::" + specification.traversal + ", " +
-              std::to_string(specification.stack_capacity) +
-              ", " + std::string(film.type) + ", " + flag(specification.layered) + ", " +
-              flag(specification.count_rays) + ">;\n";
+              std::string(precision.type) + ", haste::TraversalKind::" + specification.traversal +
+              ", " + std::to_string(specification.stack_capacity) + ", " + std::string(film.type) +
+              ", " + flag(specification.layered) + ", " + flag(specification.count_rays) + ">;\n";
     // A grid constant stays in constant memory where its address is taken.
     const bool resident =
         kernel.only_traces && specification.traversal == name_of(TraversalKind::bvh8);
-    source += "extern \"C\" __global__ void " +
-              (resident ? resident_bounds() : "") + kernel_entry +
+    source += "extern \"C\" __global__ void " + (resident ? resident_bounds() : "") + kernel_entry +
               "(const __grid_constant__ " + std::string(kernel.parameters) + " parameters) {\n";
     source += "    haste::" + std::string(kernel.name) + "<Config>(parameters);\n}\n";
     return source;

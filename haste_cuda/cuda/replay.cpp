@@ -51,7 +51,7 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
                                   std::span<const RayQuery<float>> queries, QueryKind kind,
                                   const CudaReplaySchedule& schedule) {
     check_block(schedule.block);
-    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > 512) {
+    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > max_resident_block) {
         throw std::invalid_argument(
             "block must be at most 512 with bvh8, whose stacks lie in shared memory, not " +
             std::to_string(schedule.block));

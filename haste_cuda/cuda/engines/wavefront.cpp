@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/base/bvh8.h"
 #include "core/accel/bvh8_intersector.h"
 #include "cuda/kernels/resident_params.h"
 

@@ -6,9 +6,9 @@
 namespace haste::cuda {
 
 /// The queue in device memory, and a kernel for each step of a packet: plan, generate, closest hit,
-/// shade, close the gap, any hit. Kernels read how much there is to do from the device's own counters, so the host
-/// puts steps into the stream without knowing any count; one flag, read behind the work, tells it
-/// when to stop.
+/// shade, close the gap, any hit. Kernels read how much there is to do from the device's own
+/// counters, so the host puts steps into the stream without knowing any count; one flag, read
+/// behind the work, tells it when to stop.
 class WavefrontEngine : public Engine {
 public:
     explicit WavefrontEngine(const EngineRequest& request);

@@ -12,6 +12,18 @@ struct GridLoop {
     u32 step = gridDim.x * blockDim.x;
 };
 
+/// A structure of whole 16-byte words, loaded by as many instructions.
+template <class T>
+__device__ T load_words(const T& from) {
+    struct Words {
+        uint4 word[sizeof(T) / sizeof(uint4)];
+    } words;
+    for (u32 i = 0; i < sizeof(T) / sizeof(uint4); ++i) {
+        words.word[i] = reinterpret_cast<const uint4*>(&from)[i];
+    }
+    return __builtin_bit_cast(T, words);
+}
+
 /// Step 1, one thread: decides what the next packet is made of.
 template <class C>
 __device__ void wavefront_plan(const WavefrontParams& parameters) {
@@ -126,9 +138,9 @@ __device__ void wavefront_shade(const WavefrontParams& parameters) {
     RayCounts rays;
     const GridLoop grid;
     for (u32 i = grid.first; i < packet; i += grid.step) {
-        const Ray<float> ray = parameters.ray(parameters.state->packet_start + i);
+        const Ray<float> ray = load_words(parameters.ray(parameters.state->packet_start + i));
         if constexpr (C::count) rays.count(ray);
-        const Hit<float> hit = parameters.hits[i];
+        const Hit<float> hit = load_words(parameters.hits[i]);
         typename C::Sum sum;
         ShadeOut<C> out{parameters, sum};
         if (hit.found()) {
@@ -150,7 +162,7 @@ __device__ void wavefront_close_gap(const WavefrontParams& parameters) {
     const u32 from = state.child_start + (state.children - moved);
     const GridLoop grid;
     for (u32 i = grid.first; i < moved; i += grid.step) {
-        parameters.ray(state.packet_start + i) = parameters.ray(from + i);
+        parameters.ray(state.packet_start + i) = load_words(parameters.ray(from + i));
     }
 }
 
@@ -180,7 +192,8 @@ struct AnyHitTask {
     __device__ void settle(u32 index, const QueryHit<float>& hit) const {
         if (hit.primitive != no_primitive) return;
         const FilmTarget& film = parameters.render.film;
-        const float4 light = __ldcs(reinterpret_cast<const float4*>(parameters.shadows.lights) + index);
+        const float4 light =
+            __ldcs(reinterpret_cast<const float4*>(parameters.shadows.lights) + index);
         const u32 pixel = float_bits(light.w);
         typename C::Sum sum;
         sum.add(film.format, Vec3<float>{light.x, light.y, light.z},
