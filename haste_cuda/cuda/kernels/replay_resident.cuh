@@ -28,12 +28,21 @@ struct ReplayTask {
 
     __device__ bool blocks(u32, u32, float, float) const { return true; }
 
-    __device__ void note(u32, const Hit<float>&) const {}
+    __device__ void note(u32 index, const Hit<float>& hit) const {
+        if constexpr (any_hit) {
+            store(index, {0.0f, no_primitive});
+        } else {
+            store(index, {hit.t, hit.primitive});
+        }
+    }
+    __device__ u32 noted(u32 index) const { return parameters.hits[index].primitive; }
+    __device__ void miss(u32 index) const {
+        store(index, {Numeric<float>::infinity, no_primitive});
+    }
 
-    __device__ void settle(u32 index, const QueryHit<float>& hit) const {
-        const bool found = hit.primitive != no_primitive;
-        const float2 words = any_hit ? float2{found ? 0.0f : hit.t, bits_float(no_primitive)}
-                                     : float2{hit.t, bits_float(hit.primitive)};
+private:
+    __device__ void store(u32 index, const QueryHit<float>& hit) const {
+        const float2 words{hit.t, bits_float(hit.primitive)};
         __stcs(reinterpret_cast<float2*>(parameters.hits + index), words);
     }
 };

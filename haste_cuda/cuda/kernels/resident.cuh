@@ -107,7 +107,6 @@ struct ResidentRay {
     Vec3<float> direction;
     typename Task::Start t_min;
     float t_max;  ///< of the best hit, once there is one
-    u32 primitive = no_primitive;
     u32 index;
 
     __device__ ResidentRay(const RayQuery<float>& query, const Box& bounds, u32 ray_index)
@@ -128,25 +127,21 @@ struct ResidentRay {
     __device__ bool test(const Task& task, const PrimitiveRecord<float>& record) {
         return visit_primitive<P, F>(
             record, triangle_test, node_test.ray.origin, direction, t_min, t_max,
-            [&](u32 candidate, u32 shape, const PrimitiveHit<float>& hit, float& farthest) {
+            [&](u32 primitive, u32 shape, const PrimitiveHit<float>& hit, float& farthest) {
                 if constexpr (Task::any_hit) {
                     if (!task.blocks(index, shape, hit.t, farthest)) return false;
-                    primitive = candidate;
+                    task.note(index, {hit.t, hit.b1, hit.b2, primitive});
+                    index = nobody;
                     return true;
                 } else {
                     // No t beyond `farthest` comes here.
-                    if (hit.t < farthest || candidate < primitive) {
+                    if (hit.t < farthest || primitive < task.noted(index)) {
                         farthest = hit.t;
-                        primitive = candidate;
-                        task.note(index, {hit.t, hit.b1, hit.b2, candidate});
+                        task.note(index, {hit.t, hit.b1, hit.b2, primitive});
                     }
                     return false;
                 }
             });
-    }
-
-    __device__ QueryHit<float> best() const {
-        return {primitive != no_primitive ? t_max : Numeric<float>::infinity, primitive};
     }
 };
 
@@ -163,9 +158,12 @@ struct ResidentRay {
 ///     count(), next()                    rays, and the device's counter of those that are taken
 ///     load(index)                        the RayQuery of a ray
 ///     blocks(index, shape, t, t_max)     of any hit: whether this one counts
-///     note(index, hit)                   else: a hit closer than those before, as it is found, so
-///                                        that no lane keeps barycentrics in registers
-///     settle(index, hit)                 what the ray found, before its lane takes another
+///     miss(index)                        of any hit: a ray is done that nothing blocked
+///     note(index, hit)                   a hit that counts, the closest so far; of the closest
+///                                        also a Hit that is none, when its ray is begun
+///     noted(index)                       the primitive of that hit
+///
+/// Hits are written as they are found, so that no lane keeps any in registers.
 template <class Task, class F, class P>
 __device__ void trace_resident(const SceneView<float>& scene, const Task& task) {
     extern __shared__ Bvh8Group shared_stack[];
@@ -180,9 +178,11 @@ __device__ void trace_resident(const SceneView<float>& scene, const Task& task) 
     bool active = false;
     bool more = true;
     for (;;) {
-        if (!active && ray.index != LaneRay::nobody) {
-            task.settle(ray.index, ray.best());
-            ray.index = LaneRay::nobody;
+        if constexpr (Task::any_hit) {
+            if (!active && ray.index != LaneRay::nobody) {
+                task.miss(ray.index);
+                ray.index = LaneRay::nobody;
+            }
         }
         if (more) {
             const u32 idle = __ballot_sync(whole_warp, !active);
@@ -192,6 +192,7 @@ __device__ void trace_resident(const SceneView<float>& scene, const Task& task) 
             const u32 mine = first + count_bits(idle & lanes_below());
             if (!active && mine < task.count()) {
                 ray = LaneRay(task.load(mine), scene.bounds, mine);
+                if constexpr (!Task::any_hit) task.note(mine, {});
                 group = Bvh8Group::root();
                 active = true;
             }

@@ -89,9 +89,7 @@ struct ClosestHitTask {
                                                              bits_float(hit.primitive)};
     }
 
-    __device__ void settle(u32 index, const QueryHit<float>& hit) const {
-        if (hit.primitive == no_primitive) note(index, {});
-    }
+    __device__ u32 noted(u32 index) const { return parameters.hits[index].primitive; }
 };
 
 /// Step 3: the closest hit of every ray.
@@ -189,8 +187,9 @@ struct AnyHitTask {
         return t < t_max && shape != __ldg(&parameters.shadows.ways[index].owner);
     }
 
-    __device__ void settle(u32 index, const QueryHit<float>& hit) const {
-        if (hit.primitive != no_primitive) return;
+    __device__ void note(u32, const Hit<float>&) const {}
+
+    __device__ void miss(u32 index) const {
         const FilmTarget& film = parameters.render.film;
         const float4 light =
             __ldcs(reinterpret_cast<const float4*>(parameters.shadows.lights) + index);
