@@ -137,6 +137,11 @@ class Config:
         own = self.values["tracer_settings"].get(tracer, {}).get("timing_spp", {})
         return own.get(model, self.values["timing"]["spp"][model])
 
+    def knobs_spp(self, model: str, tracer: str) -> int:
+        """Samples a pixel of an image of the sweep of knobs."""
+        own = self.values["tracer_settings"].get(tracer, {}).get("knobs_spp", {})
+        return int(own.get(model, self.values["knobs"]["spp"][model]))
+
     def packet_sizes(self, tracer: str) -> list[int]:
         """Sizes of the sweep of packets."""
         least = self.values["tracer_settings"].get(tracer, {}).get("least_packet", 1)
@@ -236,6 +241,7 @@ def check_config(values: Mapping[str, Any]) -> Config:
         ("engines.scenes", checked["engines"]["scenes"]),
         ("study.panels", checked["study"]["panels"]),
         ("study.elsewhere.scenes", checked["study"]["elsewhere"]["scenes"]),
+        ("knobs.scenes", checked["knobs"]["scenes"]),
     ):
         for name in names:
             if name not in known:

@@ -22,6 +22,7 @@ from harness.measure.model_job import ModelJob, Share
 from harness.measure.plan import (
     plan_convergence,
     plan_engines,
+    plan_knobs,
     plan_packets,
     plan_seeds,
     plan_timing,
@@ -33,6 +34,8 @@ from harness.scene import RenderSettings, Scene, Settings, load_scene, load_sett
 
 SUMMARY = "measured.json"
 """Written last: that it is there says that the job is complete."""
+UNTAKEN = "untaken.json"
+"""Turns of knobs that a tracer has not, and why."""
 
 
 def _shares(
@@ -47,6 +50,7 @@ def _shares(
     shares = []
     for tracer, ready in crew.probe(config["tracers"], render.model).items():
         subject = subject_of(scene, tracer, render, crew.threads, recentre=settings.recentre)
+        knobs, untaken = plan_knobs(config, subject, render, ready.knobs) if timed else ([], [])
         shares.append(
             Share(
                 subject=subject,
@@ -56,6 +60,8 @@ def _shares(
                 convergence=plan_convergence(config, subject) if timed else [],
                 packets=plan_packets(config, subject, ready.engines) if timed else [],
                 engines=plan_engines(config, subject, ready.engines) if timed else [],
+                knobs=knobs,
+                untaken=untaken,
             )
         )
     return shares
@@ -134,7 +140,7 @@ def _measure(config: Config, name: str, threads: int, progress: Progress) -> Pat
             {time.key for share in shares for time in share.times},
             {share.subject.key for share in shares},
         )
-        for kind in ("seeds", "convergence"):
+        for kind in ("seeds", "convergence", "knobs"):
             keep_only(
                 folder / kind,
                 {folder / image.stem for share in shares for image in share.images},
@@ -168,6 +174,19 @@ def _measure(config: Config, name: str, threads: int, progress: Progress) -> Pat
         },
     )
     write_json(folder / "skipped.json", rows)
+    untaken = [one for share in shares for one in share.untaken]
+    write_json(
+        folder / UNTAKEN,
+        [
+            {
+                "tracer": one.subject.tracer,
+                "model": one.subject.model,
+                "case": one.case,
+                "reason": one.reason,
+            }
+            for one in untaken
+        ],
+    )
     book.save()
     _say_budget(config, progress)
     summary = folder / SUMMARY

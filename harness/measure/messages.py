@@ -95,6 +95,7 @@ class Ready:
     warm_ups: int
     ways: tuple[Way, ...]
     on_gpu: bool
+    knobs: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)

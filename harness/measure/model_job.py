@@ -8,7 +8,7 @@ from harness.measure.book import TimeBook
 from harness.measure.crew import Crew
 from harness.measure.files import read_json, write_image, write_json
 from harness.measure.messages import Loaded, Ready, Render
-from harness.measure.plan import PlannedImage, PlannedTime, Subject, in_turn
+from harness.measure.plan import PlannedImage, PlannedTime, Subject, Untaken, in_turn
 from harness.measure.progress import Progress
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
@@ -36,11 +36,14 @@ class Share:
     convergence: Sequence[PlannedImage]
     packets: Sequence[PlannedTime]
     engines: Sequence[PlannedTime]
+    knobs: Sequence[PlannedImage]
+    untaken: Sequence[Untaken]
+    """turns of the knobs that the tracer has not"""
 
     @property
     def images(self) -> list[PlannedImage]:
         """Renders to be kept."""
-        return [*self.seeds, *self.convergence]
+        return [*self.seeds, *self.convergence, *self.knobs]
 
     @property
     def times(self) -> list[PlannedTime]:
@@ -64,6 +67,7 @@ class Share:
             convergence=unfinished(self.convergence),
             packets=untimed(self.packets),
             engines=untimed(self.engines),
+            knobs=unfinished(self.knobs),
         )
 
     def __len__(self) -> int:
@@ -103,6 +107,9 @@ class ModelJob:
         self._take_images([share.convergence for share in at_work], "convergence")
         self._take_times([share.packets for share in at_work], loaded, at_work)
         self._take_times([share.engines for share in at_work], loaded, at_work)
+        for share in at_work:
+            self._warm_up_knobs(share)
+        self._take_images([share.knobs for share in at_work], "knobs")
 
     def _takes_part(self, subject: Subject) -> bool:
         return self.crew.takes_part(subject.tracer, subject.model)
@@ -133,6 +140,16 @@ class ModelJob:
             render(first)
         return {"warm_seconds": seconds[0]} if seconds else {}
 
+    def _warm_up_knobs(self, share: Share) -> None:
+        """Render each turn untimed, since the seconds of its images count; it may compile anew."""
+        turns: dict[Path, Render] = {}
+        for image in share.knobs:
+            turns.setdefault(image.stem.parent, image.request)
+        for request in turns.values():
+            for _ in range(share.ready.warm_ups):
+                if self._takes_part(share.subject):
+                    self.crew.render(share.subject.tracer, share.subject.model, request)
+
     def _take_images(self, plans: Sequence[Sequence[PlannedImage]], what: str) -> None:
         for image in in_turn(plans):
             subject = image.subject
@@ -149,6 +166,7 @@ class ModelJob:
                 "model": subject.model,
                 "seed": image.request.seed,
                 "spp": image.request.spp,
+                "case": dict(image.request.options),
                 "rays": None,
             }
             if result is None:

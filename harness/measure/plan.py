@@ -1,6 +1,6 @@
 """Every render of a scene's job, fixed before the first of them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -41,6 +41,15 @@ class PlannedImage:
     def key(self) -> str:
         """Equal for equal images."""
         return key_of({"subject": self.subject.key, "request": asdict(self.request)})
+
+
+@dataclass(frozen=True, slots=True)
+class Untaken:
+    """A turn of a knob that a tracer has not, and why."""
+
+    subject: Subject
+    case: Case
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +172,59 @@ def plan_engines(config: Config, subject: Subject, engines: Sequence[str]) -> li
         for repeat in range(sweep["repeats"])
         for request in requests
     ]
+
+
+def knob_cases(config: Config, settings: RenderSettings) -> list[Case]:
+    """List the turns of the knobs of one model, each with all that it differs by from the scene.
+
+    In `path` the exact one is first: no depth limit but one that leaves nothing out. Depth limits
+    are swept, the scene's own among them, and everything else without a limit.
+    """
+    sweep = config["knobs"]
+    if settings.model == "haste":
+        return [
+            {"ambient_samples": ambient, "light_samples": light}
+            for light in sweep["light_samples"]
+            for ambient in sweep["ambient_samples"]
+        ]
+    if settings.model != "path":
+        return []
+    exact: Case = {"max_depth": sweep["exact_depth"]}
+    depths = sorted({*sweep["max_depth"], settings.max_depth} - {sweep["exact_depth"]})
+    others = [{key: value} for key in ("rr_depth", "clamp", "film") for value in sweep[key]]
+    return [exact, *({"max_depth": depth} for depth in depths), *(exact | own for own in others)]
+
+
+def plan_knobs(
+    config: Config, subject: Subject, settings: RenderSettings, knobs: Iterable[str]
+) -> tuple[list[PlannedImage], list[Untaken]]:
+    """List the sweep of the knobs: every turn once before any of them again.
+
+    The seeds are the same ones for all, so that what a turn changes is seen beside equal noise.
+    """
+    sweep = config["knobs"]
+    if subject.scene not in sweep["scenes"] or subject.tracer not in sweep["tracers"]:
+        return [], []
+    images, untaken = [], []
+    cases = knob_cases(config, settings)
+    for case in cases:
+        lacking = sorted(case.keys() - set(knobs))
+        if lacking:
+            reason = f"{subject.tracer} has no choice of {', '.join(lacking)}"
+            untaken.append(Untaken(subject, case, reason))
+    refused = [other.case for other in untaken]
+    if not cases:
+        return [], []
+    spp = config.knobs_spp(subject.model, subject.tracer)
+    folder = Path("knobs") / subject.model / subject.tracer
+    for seed in range(sweep["seeds"]):
+        for case in cases:
+            if case in refused:
+                continue
+            name = "_".join(f"{key}-{value}" for key, value in sorted(case.items()))
+            request = Render(seed=seed, spp=spp, options=case)
+            images.append(PlannedImage(subject, folder / name / f"seed_{seed:03d}", request))
+    return images, untaken
 
 
 def in_turn(plans: Sequence[Sequence[Planned]]) -> Iterator[Planned]:

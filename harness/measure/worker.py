@@ -55,6 +55,7 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
                 warm_ups=tracer.warm_ups,
                 ways=tracer.ways(),
                 on_gpu=tracer.on_gpu,
+                knobs=tracer.knobs,
             )
         case Load(scene_path, settings):
             try:

@@ -62,10 +62,13 @@ class Sight:
         """What this and another saw of the rays that both have traced."""
         if np.array_equal(self.places, other.places):
             return self.seen, other.seen
-        _, own, others = np.intersect1d(
-            self.places, other.places, assume_unique=True, return_indices=True
-        )
-        return _part(self.seen, own), _part(other.seen, others)
+        if len(self.places) < len(other.places):
+            theirs, own = other.both(self)
+            return own, theirs
+        # Both rise: a search takes a hundredth of what sorting them together does.
+        at = np.searchsorted(self.places, other.places).clip(max=len(self.places) - 1)
+        common = np.flatnonzero(self.places[at] == other.places)
+        return _part(self.seen, at[common]), _part(other.seen, common)
 
 
 def _part(seen: Seen, places: NDArray[np.integer]) -> Seen:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from harness.report import numbers
 from harness.report.tables import Cell, Column, Table
+from harness.report.turns import name_of_turn, turned_of
 from harness.statistics.intervals import Interval
 from harness.tables.lookup import Measurement, Measurements
 from harness.tables.read import SceneJob, model_order, tracer_order
@@ -27,27 +28,32 @@ class Way:
     tracer: str
     model: str
     interval: Interval
+    turned: str = ""
+    """what was turned, in words; nothing for the settings of the scene"""
 
     @property
     def name(self) -> str:
-        """Tracer and model."""
-        return f"{self.tracer} {self.model}"
+        """Tracer, model and what was turned."""
+        own = f"{self.tracer} {self.model}"
+        return f"{own}, {self.turned}" if self.turned else own
 
 
 def ways(rows: Sequence[Measurement], quantity: str, key: str, value: float) -> list[Way]:
     """What was measured of one scene at one budget or target, the best first.
 
-    Models other than the exact one are taken after their exposure was set right.
+    Models other than the exact one are taken after their exposure was set right; `path` with a
+    turned knob as it is.
     """
     found = []
     for row in rows:
         if row.quantity != quantity or row.status != "ok" or math.isnan(row.interval.value):
             continue
         case = parse_case(row.case)
-        if case.get(key) != value or case.get("exposure") == "raw":
+        left_out = "scaled" if row.model == EXACT else "raw"
+        if case.get(key) != value or case.get("exposure") == left_out:
             continue
-        found.append(Way(row.tracer, row.model, row.interval))
-    return sorted(found, key=lambda way: (way.interval.value, tracer_order(way.tracer), way.model))
+        found.append(Way(row.tracer, row.model, row.interval, name_of_turn(turned_of(case))))
+    return sorted(found, key=lambda way: (way.interval.value, tracer_order(way.tracer), way.name))
 
 
 def as_good(found: Sequence[Way]) -> list[Way]:
@@ -100,6 +106,7 @@ def budget_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Table 
                     key: value,
                     "tracer": way.tracer,
                     "model": way.model,
+                    "turned": way.turned,
                     "value": way.interval.value,
                     "lower": way.interval.lower,
                     "upper": way.interval.upper,
@@ -133,6 +140,7 @@ def crossover_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Tab
             row
             for row in measurements.rows
             if (row.scene, row.quantity, row.status) == (job.name, "crossover_seconds", "ok")
+            and not turned_of(parse_case(row.case))
         ]
         for row in sorted(
             found, key=lambda row: (model_order(row.model), tracer_order(row.tracer))
@@ -162,7 +170,7 @@ def crossover_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Tab
                     Cell(row.tracer, kind="tracer"),
                     Cell(str(case["exposure"]), kind="text"),
                     Cell(numbers.significant(bias.value), numbers.bounds(bias)),
-                    _crossover_cell(row.interval),
+                    crossover_cell(row.interval),
                 ]
             )
         groups.append((job.name, rows))
@@ -178,7 +186,8 @@ def crossover_table(measurements: Measurements, jobs: Sequence[SceneJob]) -> Tab
     return Table("crossover", columns, groups, pd.DataFrame(records))
 
 
-def _crossover_cell(found: Interval) -> Cell:
+def crossover_cell(found: Interval) -> Cell:
+    """T* with its interval; never where it is proven to be none."""
     if found.upper <= 0.0:
         return Cell("never")
     ends = [

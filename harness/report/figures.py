@@ -63,9 +63,18 @@ def _positive(found: dict[int, Interval]) -> dict[int, Interval]:
     return {key: interval for key, interval in found.items() if interval.value > 0.0}
 
 
+def _converging(measurements: Measurements, scene: str, model: str) -> list[str]:
+    """Tracers with images at several sample counts."""
+    return [
+        tracer
+        for tracer in measurements.tracers("image_seconds", scene, model)
+        if measurements.sweep("image_seconds", "spp", scene=scene, model=model, tracer=tracer)
+    ]
+
+
 def plot_convergence(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
     """Error against samples a pixel, one panel a model; None without convergence images."""
-    panels = [model for model in models if measurements.tracers("image_seconds", scene, model)]
+    panels = [model for model in models if _converging(measurements, scene, model)]
     if not panels:
         return None
     with figure_style():
@@ -75,7 +84,7 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
             counts: set[int] = set()
             top = 0.0
             slopes = []
-            for tracer in measurements.tracers("image_seconds", scene, model):
+            for tracer in _converging(measurements, scene, model):
                 where = {"scene": scene, "model": model, "tracer": tracer}
                 found = _positive(measurements.sweep("relmse", "spp", **where))
                 if not found:
@@ -129,7 +138,7 @@ def _write_slopes(axes: Axes, slopes: list[tuple[str, Interval | None]]) -> None
 
 def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
     """Time of an image against its relMSE, one panel a model; None without convergence images."""
-    panels = [model for model in models if measurements.tracers("image_seconds", scene, model)]
+    panels = [model for model in models if _converging(measurements, scene, model)]
     if not panels:
         return None
     with figure_style():
@@ -137,7 +146,7 @@ def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Fig
         seen: set[str] = set()
         for axes, model in zip(all_axes, panels, strict=False):
             corners = []
-            for tracer in measurements.tracers("image_seconds", scene, model):
+            for tracer in _converging(measurements, scene, model):
                 where = {"scene": scene, "model": model, "tracer": tracer}
                 errors = _positive(measurements.sweep("relmse", "spp", **where))
                 times = measurements.sweep("image_seconds", "spp", **where)

@@ -275,7 +275,8 @@ def error_table(measurements: Measurements, jobs: list[SceneJob]) -> Table:
         for model in job.models:
             for tracer in job.tracers(model):
                 where = {"scene": job.name, "model": model, "tracer": tracer}
-                case = next(iter(measurements.cases("relative_variance", **where)), "")
+                cases = measurements.cases("relative_variance", **where)
+                case = next((one for one in cases if one.startswith("seeds=")), "")
                 found = {name: measurements.find(name, case=case, **where) for name in quantities}
                 slope = measurements.find("slope", **where)
                 spp = case.partition("spp=")[2]

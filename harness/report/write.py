@@ -20,6 +20,7 @@ from harness.report.budget_table import budget_table, crossover_table
 from harness.report.eye_rays_table import eye_rays_table
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
+from harness.report.knobs_table import knobs_table
 from harness.report.ladder import find_rungs, ladder_table, plot_ladder
 from harness.report.rays import (
     find_ray_rows,
@@ -51,6 +52,7 @@ from harness.report.tables import (
     times_table,
     verdict_table,
 )
+from harness.report.trade_figure import plot_trade
 from harness.tables.lookup import read_measurements
 from harness.tables.rays import RATIOS_TO, read_ray_jobs
 from harness.tables.read import SceneJob, read_jobs
@@ -160,6 +162,10 @@ def write_report(results_dir: Path) -> Path:
         )
         for job in jobs
     ]
+    trades = [
+        figures.add(f"trade-{job.name}", plot_trade(measurements, job), job.title, "")
+        for job in pictured
+    ]
     rungs = find_rungs(measurements, jobs)
     ray_rows = find_ray_rows(measurements)
     optix = optix_note(ray_jobs)
@@ -229,6 +235,7 @@ def write_report(results_dir: Path) -> Path:
         "launch_work": work_table(measurements, variants, sizes),
         "queue_memory": memory_table(measurements),
         "prices": price_table(measurements, sizes),
+        "knobs": knobs_table(measurements, pictured),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -262,6 +269,7 @@ def write_report(results_dir: Path) -> Path:
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
         study_figures=[figure for figure in study_figures if figure],
+        trades=[figure for figure in trades if figure],
         facts=collect_facts(provenance, jobs),
         provenance=json.dumps(provenance, indent=1, sort_keys=True),
         commands=reproduce(provenance, jobs),

@@ -7,6 +7,7 @@ variance falls with the time. TTUV is the time to unit variance of `harness.stat
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.statistics.estimate import Estimate, combine, exactly, log_of, ratio_to_nonnegative
 from harness.statistics.intervals import Interval
@@ -29,6 +30,24 @@ def error_at(seconds: float, bias_squared: Estimate, ttuv: Estimate) -> Estimate
     if seconds <= 0.0:
         raise ValueError(f"a time must be positive, got {seconds} s")
     return combine([(1.0, bias_squared), (1.0 / seconds, ttuv)])
+
+
+def error_curve(
+    seconds: NDArray[np.float64], bias_squared: Interval, ttuv: Interval
+) -> NDArray[np.float64]:
+    """`error_at` many times from two intervals: values, lower and upper bounds [3, N].
+
+    The half-widths of the two parts are added as errors are, each on its own side. A bound that is
+    not known adds nothing.
+    """
+    value = bias_squared.value + ttuv.value / seconds
+
+    def reach(bias: float, unit: float) -> NDArray[np.float64]:
+        return np.hypot(np.nan_to_num(bias), np.nan_to_num(unit) / seconds)
+
+    below = reach(bias_squared.value - bias_squared.lower, ttuv.value - ttuv.lower)
+    above = reach(bias_squared.upper - bias_squared.value, ttuv.upper - ttuv.value)
+    return np.array([value, value - below, value + above])
 
 
 def effort_to_error(

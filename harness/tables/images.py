@@ -82,7 +82,7 @@ def record_seeds(
         recorder.measure(subject, "relmse_quantile", found, case | {"quantile": quantile})
     if count < 2:
         return
-    recorder.measure(subject, "effective_pixels", exact(effective_pixels(stack), count))
+    _record_effective_pixels(recorder, subject, effective_pixels(stack), count)
     recorder.measure(subject, "relative_bias", relative_bias(stack, truth))
     recorder.measure(subject, "relative_bias", relative_bias(stack, truth, 0.9), {"level": 0.9})
     weighted = weighted_relative_bias(stack, truth)
@@ -101,6 +101,19 @@ def record_seeds(
             recorder.measure(
                 subject, "bias_squared", Interval(bias, bias - half, bias + half, count)
             )
+
+
+def _record_effective_pixels(
+    recorder: Recorder, subject: Subject, pixels: float, count: int
+) -> None:
+    none = math.isnan(pixels)
+    recorder.measure(
+        subject,
+        "effective_pixels",
+        exact(pixels, count),
+        status="skipped" if none else "ok",
+        note="nothing varies" if none else "",
+    )
 
 
 def record_convergence(

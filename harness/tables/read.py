@@ -173,6 +173,21 @@ class SceneJob:
         sets = {spp: self._image_set(paths) for spp, paths in sorted(by_count.items())}
         return {spp: found for spp, found in sets.items() if found and found.seeds}
 
+    def knobs(self, model: str, tracer: str) -> list[tuple[dict[str, Any], ImageSet]]:
+        """Images of a tracer by what was turned, in the order of the names of their folders."""
+        found = []
+        for folder in sorted((self.folder / "knobs" / model / tracer).glob("*")):
+            images = self._image_set(sorted(folder.glob("seed_*.json")))
+            if images is not None and images.seeds:
+                found.append((dict(images.records[0]["case"]), images))
+        return found
+
+    @property
+    def untaken(self) -> Sequence[Mapping[str, Any]]:
+        """Turns of knobs that a tracer has not: tracer, model, case and reason."""
+        path = self.folder / "untaken.json"
+        return read_json(path) if path.exists() else []
+
     def _image_set(self, paths: list[Path]) -> ImageSet | None:
         if not paths:
             return None
@@ -238,7 +253,7 @@ def scenes_of_study(results_dir: Path) -> list[tuple[str, str]]:
     elsewhere = study.get("elsewhere", {})
     panels = [*study.get("panels", {}).items()]
     panels += [(name, elsewhere["models"]) for name in elsewhere.get("scenes", [])]
-    found = [(_names([name])[0], model) for name, models in panels for model in models]
+    found = [(scene_names([name])[0], model) for name, models in panels for model in models]
     return list(dict.fromkeys(found))
 
 

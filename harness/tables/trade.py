@@ -7,14 +7,15 @@ is and after one least-squares scale.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from harness.statistics.bias import relative_bias
 from harness.statistics.estimate import Estimate, exactly, mean_of
 from harness.statistics.intervals import Interval
-from harness.statistics.metrics import Truth, split_error
+from harness.statistics.metrics import Image, Truth, split_error
 from harness.statistics.timing import positive_interval, time_to_unit_variance
 from harness.statistics.trade import (
     bias_squared_of,
@@ -39,12 +40,21 @@ Case = dict[str, object]
 
 
 @dataclass(frozen=True, slots=True)
+class Effort:
+    """What images took: those of `image_spp` samples a pixel may have been timed at others."""
+
+    image_spp: int
+    seconds: Sequence[float]
+    timed_spp: int
+
+
+@dataclass(frozen=True, slots=True)
 class Variant:
-    """A tracer and model as a way to the exact picture."""
+    """A tracer, a model and its settings as a way to the exact picture."""
 
     subject: Subject
     case: Case
-    """how the error was taken; empty for the exact model"""
+    """what was turned and how the error was taken; empty for the exact model as the scene has it"""
     scale: float
     """what the images were multiplied by"""
     relative_bias: Interval
@@ -68,36 +78,60 @@ def variants_of(
         if not np.isfinite(stack).all():
             continue
         subject = subject_of(job, model, tracer, own.engine)
-        if model == EXACT:
-            cases: list[tuple[Case, float]] = [({}, 1.0)]
-        else:
-            scale = least_squares_scale(stack, truth)
-            cases = [({"exposure": "raw", "truth": EXACT}, 1.0)]
-            cases += [({"exposure": "scaled", "truth": EXACT}, scale)]
-        for case, scale in cases:
-            split = split_error(scale * stack, truth, relative=True)
-            found.append(
-                Variant(
-                    subject,
-                    case,
-                    scale,
-                    relative_bias(scale * stack, truth),
-                    # The gate proves that the exact model's mean is right: its error is noise.
-                    exactly(0.0) if model == EXACT else bias_squared_of(split),
-                    time_to_unit_variance(
-                        split.variance_by_image, images.spp, own.seconds, own.spp
-                    ),
-                    mean_of(split.variance_by_image * images.spp),
-                )
-            )
+        effort = Effort(images.spp, own.seconds, own.spp)
+        found += variants_against(truth, subject, stack, effort, {})
     return found
 
 
-def record_trade(recorder: Recorder, job: SceneJob, timed: dict[tuple[str, str], Timed]) -> None:
+def variants_against(
+    truth: Truth, subject: Subject, stack: Image, effort: Effort, case: Case
+) -> list[Variant]:
+    """Images [K, h, w, 3] against the exact picture's truth, a shortcut's in both exposures."""
+    if subject.model == EXACT:
+        cases: list[tuple[Case, float]] = [(case, 1.0)]
+    else:
+        scale = least_squares_scale(stack, truth)
+        cases = [
+            (case | {"exposure": exposure, "truth": EXACT}, factor)
+            for exposure, factor in (("raw", 1.0), ("scaled", scale))
+        ]
+    found = []
+    for one, scale in cases:
+        split = split_error(scale * stack, truth, relative=True)
+        spread = split.variance_by_image
+        found.append(
+            Variant(
+                subject,
+                one,
+                scale,
+                relative_bias(scale * stack, truth),
+                # The gate proves that the exact model's mean is right: its error is noise.
+                exactly(0.0) if subject.model == EXACT else bias_squared_of(split),
+                *ttuv_and_variance(spread, effort),
+            )
+        )
+    return found
+
+
+def ttuv_and_variance(variance_by_image: Image, effort: Effort) -> tuple[Estimate, Estimate]:
+    """Time to unit variance, and the variance of one sample a pixel."""
+    ttuv = time_to_unit_variance(
+        variance_by_image, effort.image_spp, effort.seconds, effort.timed_spp
+    )
+    return ttuv, mean_of(variance_by_image * effort.image_spp)
+
+
+def record_trade(
+    recorder: Recorder,
+    job: SceneJob,
+    timed: dict[tuple[str, str], Timed],
+    limit: Estimate | None = None,
+) -> None:
     """Record error at a time, time and samples to an error, speed-ups and crossover times.
 
-    Nothing where the exact model has no truth or no images, or where the answer is known: those
-    scenes are not timed.
+    limit: the squared bias of the scene's own depth limit, where it was measured; it is part of the
+    exact model's error then. Nothing is recorded where the exact model has no truth or no images,
+    or where the answer is known: those scenes are not timed.
     """
     if job.description.get("answers"):
         return
@@ -105,6 +139,8 @@ def record_trade(recorder: Recorder, job: SceneJob, timed: dict[tuple[str, str],
         return
     truth = job.truth(EXACT)
     exact_ones = variants_of(job, EXACT, truth, timed)
+    if limit is not None:
+        exact_ones = [replace(variant, bias_squared=limit) for variant in exact_ones]
     shortcuts = [
         variant
         for model in job.models
@@ -112,7 +148,7 @@ def record_trade(recorder: Recorder, job: SceneJob, timed: dict[tuple[str, str],
         for variant in variants_of(job, model, truth, timed)
     ]
     for variant in [*exact_ones, *shortcuts]:
-        _record_budgets(recorder, variant)
+        record_budgets(recorder, variant)
     for variant in exact_ones:
         for other in exact_ones:
             if variant is not other and min(variant.ttuv.value, other.ttuv.value) > 0.0:
@@ -120,7 +156,7 @@ def record_trade(recorder: Recorder, job: SceneJob, timed: dict[tuple[str, str],
                 found = speed_up(variant.ttuv, other.ttuv)
                 recorder.measure(variant.subject, "speed_up", found, to)
     for variant in shortcuts:
-        _record_bias(recorder, variant)
+        record_bias(recorder, variant)
         for other in exact_ones:
             recorder.measure(
                 variant.subject,
@@ -130,10 +166,9 @@ def record_trade(recorder: Recorder, job: SceneJob, timed: dict[tuple[str, str],
             )
 
 
-def _record_budgets(recorder: Recorder, variant: Variant) -> None:
+def record_budgets(recorder: Recorder, variant: Variant) -> None:
+    """Record the errors at the budgets, and the time and samples to the targets."""
     subject, case = variant.subject, variant.case
-    if case:
-        recorder.measure(subject, "relative_ttuv_seconds", positive_interval(variant.ttuv), case)
     for seconds in BUDGETS:
         found = error_at(seconds, variant.bias_squared, variant.ttuv)
         recorder.measure(subject, "relmse_at", found.interval(), case | {"seconds": seconds})
@@ -153,10 +188,16 @@ def _record_budgets(recorder: Recorder, variant: Variant) -> None:
         )
 
 
-def _record_bias(recorder: Recorder, variant: Variant) -> None:
-    """Record how far a shortcut is from the exact picture: its mean, and every pixel."""
+def record_ttuv(recorder: Recorder, variant: Variant) -> None:
+    """Record the relative time to unit variance of what is not a tracer's headline."""
+    ttuv = positive_interval(variant.ttuv)
+    recorder.measure(variant.subject, "relative_ttuv_seconds", ttuv, variant.case)
+
+
+def record_bias(recorder: Recorder, variant: Variant) -> None:
+    """Record how far a shortcut in one exposure is from the exact picture: mean, and pixels."""
     scaled = variant.case["exposure"] == "scaled"
-    case: Case = {"truth": EXACT}
+    case = {key: value for key, value in variant.case.items() if key != "exposure"}
     recorder.measure(
         variant.subject,
         "relative_bias_scaled" if scaled else "relative_bias",
@@ -166,5 +207,6 @@ def _record_bias(recorder: Recorder, variant: Variant) -> None:
     if scaled:
         scale = exact(variant.scale, variant.relative_bias.n)
         recorder.measure(variant.subject, "exposure_scale", scale, case)
+    record_ttuv(recorder, variant)
     bias_squared = variant.bias_squared.interval()
     recorder.measure(variant.subject, "relative_bias_squared", bias_squared, variant.case)

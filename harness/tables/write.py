@@ -12,6 +12,7 @@ from harness.statistics.intervals import Interval
 from harness.tables.answers import record_answers
 from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
+from harness.tables.knobs import record_knobs
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
@@ -40,7 +41,8 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
     record_times(recorder, job, times)
     record_ratios(recorder, job, times)
     timed = headline(times)
-    record_trade(recorder, job, timed)
+    limit = record_knobs(recorder, job, timed)
+    record_trade(recorder, job, timed, limit)
     for model in job.models:
         for absence in job.absent(model):
             recorder.measure(

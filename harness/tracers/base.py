@@ -84,6 +84,9 @@ class Tracer(ABC):
         Untimed renders before the first timed one.
     on_gpu
         Whether it traces on a GPU.
+    knobs
+        Settings that a single render may have otherwise than the loaded scene: `options` of
+        `render`.
     """
 
     name: ClassVar[str]
@@ -92,6 +95,7 @@ class Tracer(ABC):
     precision: ClassVar[str]
     warm_ups: ClassVar[int] = 1
     on_gpu: ClassVar[bool] = False
+    knobs: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -140,7 +144,8 @@ class Tracer(ABC):
         engine
             One of `engines`.
         options
-            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``.
+            The engine's settings: ``packet``, ``order``, ``allocation``, ``block``; and any of
+            `knobs`.
         count_rays
             Count rays, which may cost time; never set in a timed render.
         """

@@ -1,7 +1,9 @@
 """Haste on the GPU and on the CPU, and Haste's models on Embree's traversal."""
 
+import math
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,6 +16,8 @@ from harness.tracers.extension import replay, structure_of, traversals
 from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
 
 MODELS = frozenset({"path", "haste", "whitted"})
+SETTINGS = frozenset({"max_depth", "rr_depth", "light_samples", "ambient_samples"})
+"""Render settings that a single image may have otherwise."""
 EXTENSION_MISSING = (
     "the compiled extension haste_cuda._core cannot be imported ({reason}); "
     "`./bench setup` builds it"
@@ -85,8 +89,11 @@ def to_core(scene: Scene, threads: int) -> Any:
     )
 
 
-def to_core_settings(settings: RenderSettings) -> Any:
-    """Convert render settings to the extension's, which takes the model apart from them."""
+def to_core_settings(settings: RenderSettings, clamp: float = math.inf) -> Any:
+    """Convert render settings to the extension's, which takes the model apart from them.
+
+    clamp: in `path`, the largest sum of channels of a contribution of indirect light.
+    """
     import haste_cuda
 
     return haste_cuda.Settings(
@@ -96,6 +103,7 @@ def to_core_settings(settings: RenderSettings) -> Any:
         light_samples=settings.light_samples,
         ambient_samples=settings.ambient_samples,
         ambient=settings.ambient,
+        clamp=clamp,
     )
 
 
@@ -104,6 +112,7 @@ class _HasteTracer(Tracer):
 
     models: ClassVar[frozenset[str]] = MODELS
     precision: ClassVar[str] = "watertight"
+    knobs: ClassVar[frozenset[str]] = SETTINGS | {"clamp"}
     source: tuple[Path, int, int] | None = None
     """Of the scene that is imported: its file, and the size of its images in pixels."""
 
@@ -127,7 +136,7 @@ class _HasteTracer(Tracer):
         except SceneError as error:
             raise UnsupportedError(str(error)) from error
         self.model = settings.model
-        self.settings = to_core_settings(settings)
+        self.settings = settings
         return dict(self.times)
 
     def _import(self, scene_path: Path, settings: RenderSettings) -> None:
@@ -151,11 +160,18 @@ class _HasteTracer(Tracer):
             "bvh_depth": float(bvh["depth"]),
         }
 
-    def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
+    def _trace(self, settings: Any, arguments: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
         return haste_cuda.render_cpu(
-            self.scene, self.model, self.settings, threads=self.threads, **arguments
+            self.scene, self.model, settings, threads=self.threads, **arguments
+        )
+
+    def _turned(self, options: Mapping[str, Any]) -> Any:
+        """The loaded scene's settings with those of them that the options name."""
+        changes = {name: options[name] for name in SETTINGS & options.keys()}
+        return to_core_settings(
+            replace(self.settings, **changes), float(options.get("clamp", math.inf))
         )
 
     def render(
@@ -168,7 +184,10 @@ class _HasteTracer(Tracer):
         count_rays: bool = False,
     ) -> RenderResult:
         counting = {"engine": engine, "count_rays": count_rays}
-        answer = self._trace({"seed": seed, "samples": spp, **counting, **options})
+        rest = {name: options[name] for name in options if name not in SETTINGS | {"clamp"}}
+        answer = self._trace(
+            self._turned(options), {"seed": seed, "samples": spp, **counting, **rest}
+        )
         rays = None
         if count_rays:
             rays = RayCounts(
@@ -266,8 +285,8 @@ class Embree(_HasteTracer):
             "bvh_bytes": float(built["bytes"]),
         }
 
-    def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
-        return super()._trace({**arguments, "intersector": "embree"})
+    def _trace(self, settings: Any, arguments: dict[str, object]) -> dict[str, Any]:
+        return super()._trace(settings, {**arguments, "intersector": "embree"})
 
     @classmethod
     def ways(cls) -> tuple[Way, ...]:
@@ -315,6 +334,7 @@ class HasteCuda(_HasteTracer):
         *("depth_first", "packets", "streams"),
         *("layers", "wavefront", "persistent"),
     )
+    knobs: ClassVar[frozenset[str]] = SETTINGS | {"clamp", "film"}
 
     @classmethod
     def unavailable(cls) -> str | None:
@@ -329,14 +349,14 @@ class HasteCuda(_HasteTracer):
     def load(self, scene_path: Path, settings: RenderSettings) -> dict[str, float]:
         """Make a scene ready on the GPU: one sample compiles the kernel and uploads the scene."""
         times = super().load(scene_path, settings)
-        first = self._trace({"seed": 0, "samples": 1})
+        first = self._trace(to_core_settings(settings), {"seed": 0, "samples": 1})
         split = {name: float(first[name]) for name in ("compile_seconds", "upload_seconds")}
         return {**times, **split}
 
-    def _trace(self, arguments: dict[str, object]) -> dict[str, Any]:
+    def _trace(self, settings: Any, arguments: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        return haste_cuda.render_cuda(self.scene, self.model, self.settings, **arguments)
+        return haste_cuda.render_cuda(self.scene, self.model, settings, **arguments)
 
     def _how(self, way: Way) -> dict[str, object]:
         return {"traversal": way.traversal}

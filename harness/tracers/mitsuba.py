@@ -26,6 +26,7 @@ class _MitsubaTracer(Tracer):
     models: ClassVar[frozenset[str]] = frozenset({"path"})
     precision: ClassVar[str] = "native"
     warm_ups: ClassVar[int] = 2
+    knobs: ClassVar[frozenset[str]] = frozenset({"max_depth", "rr_depth"})
     variant: ClassVar[str]
 
     @classmethod
@@ -66,10 +67,12 @@ class _MitsubaTracer(Tracer):
         options: Mapping[str, object] = NO_OPTIONS,
         count_rays: bool = False,
     ) -> RenderResult:
-        del engine, options, count_rays
+        del engine, count_rays
         from reference import mitsuba as reference
 
-        image, seconds = reference.render(self.loaded, seed, spp)
+        changes = {name: options[name] for name in self.knobs & options.keys()}
+        loaded = reference.turn(self.loaded, **changes) if changes else self.loaded
+        image, seconds = reference.render(loaded, seed, spp)
         return RenderResult(image=image, seconds=seconds)
 
     def _number_primitives(self) -> NDArray[np.uint32]:

@@ -83,14 +83,10 @@ ModelKind model_kind(const std::string& name) {
 }
 
 Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 light_samples,
-                              u32 ambient_samples, const std::array<float, 3>& ambient) {
-    return {max_depth,
-            rr_depth,
-            max_layers,
-            light_samples,
-            ambient_samples,
-            {ambient[0], ambient[1], ambient[2]},
-            0};
+                              u32 ambient_samples, const std::array<float, 3>& ambient,
+                              float clamp) {
+    const Vec3<float> constant{ambient[0], ambient[1], ambient[2]};
+    return {max_depth, rr_depth, max_layers, light_samples, ambient_samples, constant, clamp, 0};
 }
 
 QueueOrder queue_order(const std::string& name) {
@@ -202,7 +198,8 @@ void bind_render(nb::module_& module) {
     nb::class_<Settings<float>>(module, "Settings", "Render settings: never properties of a scene.")
         .def(nb::new_(&make_settings), nb::kw_only(), "max_depth"_a = 8, "rr_depth"_a = 5,
              "max_layers"_a = 4, "light_samples"_a = 1, "ambient_samples"_a = 1,
-             "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f});
+             "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f},
+             "clamp"_a = Numeric<float>::infinity);
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
                "packet"_a = default_packet, "order"_a = "fifo",

@@ -48,7 +48,8 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
                                      TraversalKind traversal) {
     KernelSpecification specification;
     specification.model = model_name(model);
-    specification.features = host.features();
+    const bool clamps = model == ModelKind::path && settings.clamp < Numeric<float>::infinity;
+    specification.features = host.features() | (clamps ? feature_clamp : 0);
     specification.traversal = name_of(traversal);
     specification.stack_capacity = int(stack_capacity(model, settings));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";

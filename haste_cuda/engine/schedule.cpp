@@ -20,6 +20,7 @@ void check_model(ModelKind model, const Settings<float>& settings) {
         if (settings.max_depth == 0 || settings.max_depth > deepest) {
             refuse("max_depth must be 1 .. 65535");
         }
+        if (!(settings.clamp > 0)) refuse("clamp must be positive");
         return;
     }
     if (settings.max_layers == 0 || settings.max_layers > deepest) {

@@ -4,7 +4,7 @@ Nothing is shared with ``haste_cuda``. See the README beside this file for what 
 judge. Mitsuba is imported on first use, after an LLVM library has been chosen for Dr.Jit.
 """
 
-from reference.mitsuba.rendering import LoadedScene, load, register, render
+from reference.mitsuba.rendering import LoadedScene, load, register, render, turn
 from reference.mitsuba.truth import render_truth
 from reference.mitsuba.variants import UnavailableVariantError, available
 
@@ -16,4 +16,5 @@ __all__ = [
     "register",
     "render",
     "render_truth",
+    "turn",
 ]

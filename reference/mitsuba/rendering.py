@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -116,6 +116,16 @@ def load(source: SceneSource, settings: RenderSettings, variant: str) -> LoadedS
         if settings.model != "path":
             integrator.prepare(scene)
     return LoadedScene(variant=variant, settings=settings, scene=scene, integrator=integrator)
+
+
+def turn(loaded: LoadedScene, **changes: int) -> LoadedScene:
+    """The same scene with an integrator of other settings (``max_depth``, ``rr_depth``)."""
+    import mitsuba as mi
+
+    mi.set_variant(loaded.variant)
+    settings = replace(loaded.settings, **changes)
+    integrator = mi.load_dict(integrator_description(settings))
+    return replace(loaded, settings=settings, integrator=integrator)
 
 
 def is_recentred(source: SceneSource) -> bool:

@@ -130,6 +130,8 @@ def test_a_schedule_that_makes_no_sense_is_refused_by_name(
     ("model", "changes"),
     [
         ("path", {"max_depth": 0}),
+        ("path", {"clamp": 0.0}),
+        ("path", {"clamp": np.nan}),
         ("haste", {"max_layers": 0}),
         ("haste", {"light_samples": 0}),
         ("haste", {"ambient_samples": 0}),

@@ -14,7 +14,7 @@ import pytest
 
 from haste_cuda import _core
 
-ALL_FEATURES = (1 << 12) - 1
+ALL_FEATURES = (1 << 13) - 1
 TRIANGLES, SPHERES, MESH_LIGHTS, AMBIENT = 0, 1, 3, 10
 LEAST = 1 << TRIANGLES | 1 << MESH_LIGHTS | 1 << AMBIENT
 STACK = 16

@@ -19,7 +19,7 @@ from harness.tracers.haste import to_core
 SCENES = sorted(path.parent for path in Path(__file__).parents[2].glob("scenes/*/scene.xml"))
 ARCHITECTURES = (75, 80, 90, 100)
 MODELS = ("haste", "whitted", "path")
-ALL_FEATURES = (1 << 12) - 1
+ALL_FEATURES = (1 << 13) - 1
 WORKERS = 2
 
 

@@ -228,6 +228,68 @@ def fabricate(
     return folder
 
 
+FABRICATED_TURNS: tuple[tuple[dict[str, Any], float, float], ...] = (
+    ({"max_depth": 64}, 1.0, 0.20),
+    ({"max_depth": 2}, 0.7, 0.02),
+    ({"max_depth": 8}, 0.97, 0.10),
+    ({"max_depth": 64, "rr_depth": 5}, 1.0, 0.08),
+    ({"max_depth": 64, "clamp": 10.0}, 0.9, 0.20),
+    ({"max_depth": 64, "clamp": 1000.0}, 1.0, 0.20),
+)
+"""What was turned, the factor of the images' mean that is left, and seconds an image."""
+
+
+def add_knobs(folder: Path, scene: str, *, seeds: int = 8, spp: int = 16, size: int = 32) -> Path:
+    """Turn the knobs of `path` and `haste` in a fabricated scene, by Embree.
+
+    Images of the same seed are the same but for the factor, those with roulette on their own.
+    """
+    random = np.random.default_rng(7)
+    place = folder / "scenes" / scene
+    mean = fabricated_scene(size, "path")
+    noise = fabricated_noise(mean, "path")
+    base = [fabricated_image(random, mean, noise, spp) for _ in range(seeds)]
+    ways: list[tuple[str, dict[str, Any], list[Any], float]] = []
+    for case, factor, seconds in FABRICATED_TURNS:
+        own = [fabricated_image(random, mean, 1.5 * noise, spp) for _ in range(seeds)]
+        images = own if "rr_depth" in case else [np.float32(factor) * one for one in base]
+        ways.append(("path", case, images, seconds))
+    mean = fabricated_scene(size, "haste")
+    for samples, seconds in ((1, 0.01), (4, 0.03)):
+        noise = fabricated_noise(mean, "haste") / samples
+        images = [fabricated_image(random, mean, noise, spp) for _ in range(seeds)]
+        case = {"light_samples": samples, "ambient_samples": samples}
+        ways.append(("haste", case, images, seconds))
+    for model, case, images, seconds in ways:
+        name = "_".join(f"{key}-{value}" for key, value in sorted(case.items()))
+        for seed, image in enumerate(images):
+            _save(
+                place / "knobs" / model / "embree" / name / f"seed_{seed:03d}",
+                image,
+                case=case,
+                seed=seed,
+                spp=spp,
+                seconds=seconds * random.lognormal(0.0, 0.02),
+            )
+    film = {"film": "float_atomic", "max_depth": 64}
+    reason = "embree has no choice of film"
+    row = {"tracer": "embree", "model": "path", "case": film, "reason": reason}
+    _write(place / "untaken.json", [row])
+    description = json.loads((place / "scene.json").read_text())
+    _write(place / "scene.json", description | {"settings": {"max_depth": 8}})
+    provenance = json.loads((place / "provenance.json").read_text())
+    provenance["config"]["knobs"] = {"exact_depth": 64}
+    _write(place / "provenance.json", provenance)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def turned_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A results folder of one scene whose knobs were turned; no test may change it."""
+    folder = fabricate(tmp_path_factory.mktemp("turned"), scenes=("cornell-box",))
+    return add_knobs(folder, "cornell-box")
+
+
 @pytest.fixture
 def fabricate_results(tmp_path: Path) -> Callable[..., Path]:
     """Write a results folder below tmp_path; arguments as of `fabricate`."""

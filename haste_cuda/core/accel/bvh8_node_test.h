@@ -30,7 +30,7 @@ struct Bvh8NodeTest {
           octant((ray.inverse.x < 0.0f ? 0u : 1u) | (ray.inverse.y < 0.0f ? 0u : 2u) |
                  (ray.inverse.z < 0.0f ? 0u : 4u)) {
         if constexpr (on_device) {
-            unit = 0.5f / maximum(ray.farthest, 0x1p-100f);
+            unit = 0.5f / maximum(ray.farthest, Numeric<float>::least_distance);
             ray.inverse = ray.inverse * unit;
             ray.pad = ray.pad * unit;
         }

@@ -4,7 +4,7 @@
 
 namespace haste {
 
-/// What a scene requires. A kernel is compiled for exactly that.
+/// What a scene requires, and settings beyond it. A kernel is compiled for exactly that.
 enum FeatureBits : u32 {
     feature_triangles = 1u << 0,
     feature_spheres = 1u << 1,
@@ -18,9 +18,10 @@ enum FeatureBits : u32 {
     feature_twosided = 1u << 9,
     feature_ambient = 1u << 10,
     feature_environment = 1u << 11,
+    feature_clamp = 1u << 12,  ///< of the settings: indirect light is clamped
 };
 
-inline constexpr u32 all_features = (1u << 12) - 1;
+inline constexpr u32 all_features = (1u << 13) - 1;
 
 /// The features as constants of a type, so that what a scene lacks compiles to nothing.
 template <u32 Mask>
@@ -38,6 +39,7 @@ struct Features {
     static constexpr bool twosided = Mask & feature_twosided;
     static constexpr bool ambient = Mask & feature_ambient;
     static constexpr bool environment = Mask & feature_environment;
+    static constexpr bool clamp = Mask & feature_clamp;
 };
 
 }  // namespace haste

@@ -13,6 +13,7 @@ struct Settings {
     u32 light_samples;    ///< `haste`: per light
     u32 ambient_samples;  ///< `haste`: per hit
     Vec3<Real> ambient;   ///< `whitted`: the constant that stands for indirect light
+    Real clamp;           ///< `path`: most that a contribution of indirect light may sum to
     u32 seed;
 };
 

@@ -15,6 +15,8 @@ struct Numeric<float> {
     static constexpr float unit_roundoff = 0x1p-24f;
     /// The least component of a direction that slabs are entered by, in units of the largest.
     static constexpr float least_slope = 0x1p-32f;
+    /// What a distance that is divided by is taken for where it is 0.
+    static constexpr float least_distance = 0x1p-100f;
     static constexpr float infinity = __builtin_bit_cast(float, 0x7f800000u);
     static constexpr float pi = 3.14159265358979323846f;
 };

@@ -32,7 +32,7 @@ public:
         if (!(ray.flags & delta_bounce)) {
             weight = power_heuristic(ray.pdf, uniform_sphere_pdf() / Real(emitter_count_));
         }
-        out.radiance(ray, ray.contribution * scene_.environment * weight,
+        out.radiance(ray, clamped(ray.contribution * scene_.environment * weight, ray.layer > 1),
                      spare_bits(numbers(ray).block(scatter_block)));
     }
 
@@ -85,7 +85,16 @@ private:
                                                     surface.geometric_normal, hit.t);
             weight = power_heuristic(ray.pdf, pdf / Real(emitter_count_));
         }
-        out.radiance(ray, ray.contribution * light.radiance * weight, rounding);
+        out.radiance(ray, clamped(ray.contribution * light.radiance * weight, ray.layer > 1),
+                     rounding);
+    }
+
+    /// A contribution scaled down to the sum of channels that the settings allow to light which has
+    /// met two surfaces or more, as renderers do against fireflies (Cycles, `film_clamp_light`).
+    HASTE_HD Vec3<Real> clamped(const Vec3<Real>& value, bool indirect) const {
+        if (!F::clamp || !indirect) return value;
+        const Real sum = value.x + value.y + value.z;
+        return sum > settings_.clamp ? value * (settings_.clamp / sum) : value;
     }
 
     template <class Out>
@@ -125,7 +134,8 @@ private:
         }
         pdf = pdf / Real(emitter_count_);
         const BsdfValue<Real> f = bsdf.evaluate(direction);
-        shadow.value = ray.contribution * f.value * radiance * (power_heuristic(pdf, f.pdf) / pdf);
+        const Real weight = power_heuristic(pdf, f.pdf) / pdf;
+        shadow.value = clamped(ray.contribution * f.value * radiance * weight, ray.layer > 0);
         if (!is_zero(shadow.value)) out.shadow(shadow);
     }
 

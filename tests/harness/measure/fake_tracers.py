@@ -68,6 +68,11 @@ class Packets(SteadyA):
     engines: ClassVar[tuple[str, ...]] = ("depth_first", "packets")
 
 
+class Turning(SteadyA):
+    name: ClassVar[str] = "T"
+    knobs: ClassVar[frozenset[str]] = frozenset({"max_depth", "rr_depth"})
+
+
 class Missing(SteadyA):
     name: ClassVar[str] = "missing"
 

@@ -84,7 +84,8 @@ def test_every_figure_is_a_file_and_every_table_a_csv(report: Path):
     figures = {path.name for path in (report.parent / "figures").iterdir()}
     expected = {"agreement.svg", "packets.svg", "engines.svg"}
     for scene in ("cornell-box", "mirror-glass"):
-        expected |= {f"convergence-{scene}.svg", f"plane-{scene}.svg"}
+        kinds = ("convergence", "plane", "trade")
+        expected |= {f"{name}-{scene}.svg" for name in kinds}
     assert figures == expected
     tables = {path.name for path in (report.parent / "tables").iterdir()}
     names = ("verdicts", "skipped", "speed", "errors", "packets", "engines", "times")

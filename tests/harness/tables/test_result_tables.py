@@ -196,6 +196,17 @@ def test_a_tracer_that_failed_half_way_measures_nothing(fabricate_results: Calla
     assert (found.status, found.note) == ("failed", "died")
 
 
+def test_images_in_which_nothing_varies_say_so(fabricate_results: Callable[..., Path]):
+    folder = fabricate_results(scenes=("cornell-box",), models=("whitted",), seeds=2)
+    images = folder / "scenes/cornell-box/seeds/whitted/embree"
+    np.save(images / "seed_001.npy", np.load(images / "seed_000.npy"))
+    write_tables(folder)
+    frame = pd.read_csv(folder / "measurements.csv")
+    here = (frame.tracer == "embree") & (frame.quantity == "effective_pixels")
+    (found,) = frame[here].itertuples()
+    assert (found.status, found.note) == ("skipped", "nothing varies")
+
+
 def test_a_damaged_image_is_named(fabricate_results: Callable[..., Path]):
     folder = fabricate_results(scenes=("cornell-box",), models=("whitted",), seeds=2)
     path = folder / "scenes/cornell-box/seeds/whitted/embree/seed_001.npy"

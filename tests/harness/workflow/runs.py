@@ -39,6 +39,14 @@ SETTINGS: dict[str, Any] = {
     "packets": {"scenes": ["cornell-box"], "models": ["path"], "sizes": [64, 4096], "repeats": 2},
     "engines": {"scenes": ["cornell-box"], "models": ["path"], "packets": [4096], "repeats": 2},
     "rays": {"scenes": []},
+    "knobs": {
+        "scenes": ["cornell-box"],
+        "max_depth": [2],
+        "rr_depth": [],
+        "clamp": [1],
+        "seeds": 3,
+        "spp": {"path": 2, "haste": 1},
+    },
     "scene_settings": {
         "cornell-box": {"truth_factor": PLAIN, "seeds_factor": PLAIN},
         "three-spheres": {

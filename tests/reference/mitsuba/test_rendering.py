@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from reference.mitsuba import UnavailableVariantError, available, load, render
+from reference.mitsuba import UnavailableVariantError, available, load, render, turn
 from reference.mitsuba import rendering as module
+
+CORNELL = Path(__file__).parents[3] / "scenes" / "cornell-box"
 
 
 @pytest.fixture
@@ -128,3 +131,15 @@ def test_the_plugins_work_in_xml_with_twosided(settings: Any, active: str, tmp_p
         image, _ = render(load(file, settings(model, 8), active), 0, 16)
         # The camera looks at the back of the wall; the light behind the camera faces it.
         assert image[4, 4, 2] > image[4, 4, 0] > 0.0, (model, image[4, 4])
+
+
+def test_an_integrator_of_other_settings_is_that_of_a_scene_loaded_with_them(
+    settings: Any,
+):
+    loaded = load(CORNELL, settings("path"), "scalar_rgb")
+    turned = turn(loaded, max_depth=3, rr_depth=2)
+    assert turned.settings == settings("path", max_depth=3, rr_depth=2)
+    again = load(CORNELL, turned.settings, "scalar_rgb")
+    image, _ = render(turned, seed=1, spp=4)
+    assert np.array_equal(image, render(again, seed=1, spp=4)[0])
+    assert not np.array_equal(image, render(loaded, seed=1, spp=4)[0]), "nothing was turned"

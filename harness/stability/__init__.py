@@ -1,0 +1,1 @@
+"""Numerical stability at the extremes: how far each tracer can be pushed, counted in rays."""
