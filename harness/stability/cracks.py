@@ -24,6 +24,9 @@ from reference.exact_hits import meets
 
 Floats = NDArray[np.float64]
 
+QUANTILES = (0.5, 0.999)
+"""Of the errors of distances, those that are published."""
+
 PAIRS_AT_ONCE = 1 << 14
 """Pairs of a ray and a triangle that are looked at together: they stay in a processor's cache."""
 

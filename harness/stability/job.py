@@ -22,7 +22,7 @@ from harness.rays.agreement import evenly
 from harness.rays.store import write_rays
 from harness.scene import RenderSettings, load_scene, load_settings
 from harness.stability.aims import AIMS, Mesh, aimed_rays
-from harness.stability.cracks import Truth, distance_errors, false_hits, lost, truth_of
+from harness.stability.cracks import QUANTILES, Truth, distance_errors, false_hits, lost, truth_of
 from harness.stability.mesh_scene import largest_mesh, scaled, write_mesh_scene
 from harness.stability.rings import Integers, Rings, edge_rings, vertex_rings
 from harness.tracers.rays import Rays, Way
@@ -34,7 +34,6 @@ SUMMARY = "stability.json"
 CLASS = "aimed"
 AT_ONCE = 1 << 20
 """Rays that are made, traced and judged together: what bounds the memory."""
-QUANTILES = (0.5, 0.999)
 MOST_ERRORS = 1 << 16
 """Rays whose distances are compared."""
 COUNTS = ("rays", "met", "judged", "lost", "at_outline", "hits", "denied")
@@ -92,7 +91,7 @@ def measure_stability(config: Config, name: str, threads: int) -> Path:
     """
     scene_path, folder = config.stability_scenes[name], config.stability_dir(name)
     folder.mkdir(parents=True, exist_ok=True)
-    remove_partial(folder)
+    remove_partial(folder, of_truth=False)
     progress = Progress(name)
     settings = config["stability"]
     scene = load_scene(scene_path, recentre=load_settings(scene_path).recentre)

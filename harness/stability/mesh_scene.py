@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.measure.files import write_file
 from harness.scene import Scene, SceneError
 from harness.stability.rings import Triangles, Vertices
+from harness.whole_files import write_whole
 
 SCENE = """<scene version="3.0.0">
     <integrator type="path"/>
@@ -63,11 +63,11 @@ def largest_mesh(scene: Scene) -> tuple[Vertices, Triangles]:
 
 def write_mesh_scene(folder: Path, vertices: Vertices, triangles: Triangles) -> Path:
     """Write scene, settings and mesh to a folder, which is returned."""
-    write_file(folder / "mesh.ply", lambda file: file.write(_ply(vertices, triangles)))
-    write_file(folder / "settings.yaml", lambda file: file.write(SETTINGS.encode()))
+    write_whole(folder / "mesh.ply", _ply(vertices, triangles))
+    write_whole(folder / "settings.yaml", SETTINGS)
     reach = float(np.abs(vertices).max())
     scene = SCENE.format(near=1e-3 * reach, far=1e1 * reach)
-    write_file(folder / "scene.xml", lambda file: file.write(scene.encode()))
+    write_whole(folder / "scene.xml", scene)
     return folder
 
 

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from harness.measure.config import Config
 from harness.measure.crew import Crew
 from harness.measure.eye_rays import unshaded_settings
-from harness.measure.files import hash_files, key_of, read_json, write_file, write_json
+from harness.measure.files import hash_files, key_of, read_json, write_json
 from harness.measure.messages import Render
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
 from harness.scene import load_scene, load_settings
 from harness.statistics.metrics import luminance
 from harness.tracers.registry import TRACERS, load_tracer
+from harness.whole_files import write_whole
 
 Image = NDArray[np.float64]
 
@@ -164,7 +165,7 @@ def measure_surfaces(config: Config, threads: int) -> Path:
         return path
     progress = Progress("surfaces")
     folder, asked = path.parent / "surfaces", questions(plan)
-    write_file(folder / "settings.yaml", lambda file: file.write(SETTINGS.encode()))
+    write_whole(folder / "settings.yaml", SETTINGS)
     rows: list[dict[str, Any]] = []
     with Crew(config["tracers"], threads, config["timeout_seconds"]) as crew:
         able = crew.probe(config["tracers"], "path")
@@ -196,7 +197,7 @@ def _ask(
 ) -> dict[str, Any]:
     """What one tracer makes of one scene: the share, or why there is none."""
     scene = folder / f"scene-{number}.xml"
-    write_file(scene, lambda file: file.write(question.body.encode()))
+    write_whole(scene, question.body)
     render = unshaded_settings(load_settings(scene), SIZE, SIZE)
     found: list[Image] = []
     takes_part = tracer in able and crew.takes_part(tracer, "path")

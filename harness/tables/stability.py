@@ -10,6 +10,7 @@ from typing import Any
 
 from scipy import stats
 
+from harness.stability.cracks import QUANTILES
 from harness.statistics.intervals import Interval
 from harness.tables.images import exact
 from harness.tables.rays import ENGINE, MODEL
@@ -120,14 +121,24 @@ def record_stability(recorder: Recorder, job: StabilityJob) -> None:
             recorder.measure(subject, "cracks_ppm", nothing, case, status=row["status"], note=why)
             continue
         judged, rays = row["judged"], row["rays"]
+        if not judged:
+            why = "none of its rays surely meets what it is aimed at"
+            recorder.measure(
+                subject, "cracks_ppm", share_ppm(0, 0), case, status="skipped", note=why
+            )
+            continue
         recorder.measure(subject, "cracks_ppm", share_ppm(row["lost"], judged), case)
         recorder.measure(subject, "left_out_ppm", share_ppm(rays - judged, rays), case)
-        at_outline = share_ppm(row["at_outline"], row["met"] - judged)
-        recorder.measure(subject, "outline_ppm", at_outline, case)
-        recorder.measure(subject, "false_hits_ppm", share_ppm(row["denied"], row["hits"]), case)
-        for level, ulp in zip(("median", "p999"), row["ulp"] or (), strict=False):
+        at_outline = row["met"] - judged
+        for name, count, of in (
+            ("outline_ppm", row["at_outline"], at_outline),
+            ("false_hits_ppm", row["denied"], row["hits"]),
+        ):
+            if of:
+                recorder.measure(subject, name, share_ppm(count, of), case)
+        for quantile, ulp in zip(QUANTILES, row["ulp"] or (), strict=False):
             error = exact(ulp, row["hits"])
-            recorder.measure(subject, "t_error_ulp", error, {**case, "quantile": level})
+            recorder.measure(subject, "t_error_ulp", error, {**case, "quantile": quantile})
 
 
 def record_modes(recorder: Recorder, job: ModesJob) -> None:

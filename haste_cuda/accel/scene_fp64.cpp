@@ -77,9 +77,10 @@ SceneView<double> SceneFp64::view() const {
 }
 
 Settings<double> to_fp64(const Settings<float>& settings) {
-    return {settings.max_depth,     settings.rr_depth,        settings.max_layers,
-            settings.light_samples, settings.ambient_samples, wide(settings.ambient),
-            settings.clamp,         settings.seed};
+    return {settings.max_depth,       settings.rr_depth,
+            settings.max_layers,      settings.light_samples,
+            settings.ambient_samples, wide(settings.ambient),
+            settings.clamp,           settings.seed};
 }
 
 }  // namespace haste

@@ -143,8 +143,8 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                         const std::optional<std::string>& traversal, u64 packet,
                         const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
-                        const std::string& precision, int block, bool count_rays,
-                        bool record_spans, u32 pass_samples) {
+                        const std::string& precision, int block, bool count_rays, bool record_spans,
+                        u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,

@@ -58,9 +58,9 @@ PassResult depth_first_of(const PassRequest& request, const SceneView<typename P
     const ImageIntersector<P, F> intersector(view);
     return request.schedule.count_rays
                ? depth_first_pass<Model<P, F>, ImageIntersector<P, F>, true>(request, view.camera,
-                                                                               model, intersector)
-               : depth_first_pass<Model<P, F>, ImageIntersector<P, F>, false>(
-                     request, view.camera, model, intersector);
+                                                                             model, intersector)
+               : depth_first_pass<Model<P, F>, ImageIntersector<P, F>, false>(request, view.camera,
+                                                                              model, intersector);
 }
 
 template <class P, template <class, class> class Path, template <class, class> class Haste,
