@@ -67,6 +67,13 @@ def _surfaces(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _sweeps(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.sweeps import measure_sweeps
+
+    measure_sweeps(config, options.threads)
+    return 0
+
+
 def _study(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.study import study_scene
 
@@ -196,6 +203,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
     "modes": (_modes, "render the same samples in every precision, and compare"),
     "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
+    "sweeps": (_sweeps, "push scenes with a known answer towards their extremes"),
     "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
@@ -271,7 +279,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
-        if name in {*JOBS, "surfaces", "available", "thumbnails"}:
+        if name in {*JOBS, "surfaces", "sweeps", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,

@@ -97,7 +97,9 @@ def _compare(job: SceneJob, model: str, tracer: str, truth: Truth, bound: Bound)
 def _failure(images: ImageSet | None) -> str:
     if images is None:
         return ""
-    return f"{len(images.failures)} seeds failed: {images.failures[0]}" if images.failures else ""
+    if images.failures:
+        return f"{len(images.failures)} seeds failed: {images.failures[0]}"
+    return f"{images.dropped} samples are not finite and left out" if images.dropped else ""
 
 
 def is_control(tracer: str) -> bool:

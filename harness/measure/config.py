@@ -106,6 +106,11 @@ class Config:
         """Where what came of rays that leave surfaces is written."""
         return self.results_dir / "stability" / "surfaces.json"
 
+    @property
+    def sweeps_file(self) -> Path:
+        """Where what came of scenes at their extremes is written."""
+        return self.results_dir / "stability" / "sweeps.json"
+
     def modes_file(self, scene: str) -> Path:
         """Where what came of a scene in every precision is written."""
         return self.results_dir / "stability" / "modes" / f"{scene}.json"

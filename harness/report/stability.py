@@ -213,29 +213,35 @@ def mode_table(measurements: Measurements) -> Table | None:
 
 def surface_table(measurements: Measurements) -> Table | None:
     """Self-hits over all scales and eyes, leaks by gap over all scales; None without any."""
-    shares: dict[str, dict[tuple[str, float], list[Interval]]] = {}
+    shares: dict[tuple[str, str], dict[tuple[str, float], list[Interval]]] = {}
     for row in measurements.rows:
         if row.quantity in ("self_hits_ppm", "leaks_ppm") and row.status == "ok":
             gap = float(parse_case(row.case).get("gap", 0.0))
-            shares.setdefault(row.tracer, {}).setdefault((row.quantity, gap), []).append(
-                row.interval
-            )
+            own = shares.setdefault((row.tracer, row.precision), {})
+            own.setdefault((row.quantity, gap), []).append(row.interval)
     if not shares:
         return None
     heads = sorted({head for own in shares.values() for head in own}, key=lambda h: (-len(h[0]), h))
     body, records = [], []
-    for tracer in sorted(shares, key=tracer_order):
-        cells = [Cell(tracer, kind="tracer")]
+    for subject in sorted(shares, key=lambda subject: tracer_order(subject[0])):
+        tracer, precision = subject
+        cells = [Cell(tracer, kind="tracer"), Cell(precision, kind="text")]
         for head in heads:
-            parts = shares[tracer].get(head, [])
+            parts = shares[subject].get(head, [])
             count = sum(round(part.value * 1e-6 * part.n) for part in parts)
             share = share_ppm(count, sum(part.n for part in parts))
             cells.append(_share(share))
             records.append(
-                {"tracer": tracer, "quantity": head[0], "gap": head[1] or None, "ppm": share.value}
+                {
+                    "tracer": tracer,
+                    "precision": precision,
+                    "quantity": head[0],
+                    "gap": head[1] or None,
+                    "ppm": share.value,
+                }
             )
         body.append(cells)
-    columns = [Column("tracer", kind="text")]
+    columns = [Column("tracer", kind="text"), Column("precision", kind="text")]
     columns += [
         Column(f"leaks, gap {numbers.significant(gap, 1)}" if gap else "self-hits", "ppm")
         for _, gap in heads

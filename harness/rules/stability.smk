@@ -13,6 +13,7 @@ rule stability:
         expand(f"{RESULTS}/stability/{{scene}}/stability.json", scene=STABILITY_FILES),
         expand(f"{RESULTS}/stability/modes/{{scene}}.json", scene=MODE_FILES),
         f"{RESULTS}/stability/surfaces.json",
+        f"{RESULTS}/stability/sweeps.json",
     message:
         "Stability: {input}"
 
@@ -82,4 +83,24 @@ rule surfaces:
         "Rays that leave surfaces, of every tracer"
     shell:
         "{params.python:q} -m harness surfaces --settings {input.settings:q} "
+        "--threads {threads} 2>&1 | tee -i {log:q}"
+
+
+rule sweeps:
+    input:
+        settings=f"{RESULTS}/settings.json",
+        sources=tracing_sources() + package_sources("harness/stability"),
+    output:
+        f"{RESULTS}/stability/sweeps.json",
+    log:
+        f"{RESULTS}/logs/sweeps.log",
+    conda:
+        "../envs/haste.yaml"
+    threads: workflow.cores
+    params:
+        python=PYTHON,
+    message:
+        "Scenes with a known answer at their extremes, by every tracer"
+    shell:
+        "{params.python:q} -m harness sweeps --settings {input.settings:q} "
         "--threads {threads} 2>&1 | tee -i {log:q}"

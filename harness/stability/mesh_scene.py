@@ -63,12 +63,17 @@ def largest_mesh(scene: Scene) -> tuple[Vertices, Triangles]:
 
 def write_mesh_scene(folder: Path, vertices: Vertices, triangles: Triangles) -> Path:
     """Write scene, settings and mesh to a folder, which is returned."""
-    write_whole(folder / "mesh.ply", _ply(vertices, triangles))
+    write_mesh(folder / "mesh.ply", vertices, triangles)
     write_whole(folder / "settings.yaml", SETTINGS)
     reach = float(np.abs(vertices).max())
     scene = SCENE.format(near=1e-3 * reach, far=1e1 * reach)
     write_whole(folder / "scene.xml", scene)
     return folder
+
+
+def write_mesh(path: Path, vertices: Vertices, triangles: Triangles) -> None:
+    """Write a mesh as a binary PLY file."""
+    write_whole(path, _ply(vertices, triangles))
 
 
 def _ply(vertices: Vertices, triangles: NDArray[np.uint32]) -> bytes:

@@ -98,8 +98,9 @@ def _compare(crew: Crew, tracer: str, model: str, images: int) -> list[dict[str,
     bias: dict[str, list[float]] = {name: [] for name in names}
     seconds = dict.fromkeys(names, 0.0)
     parted, non_finite = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
+    base: Image | None = None
     for seed in range(images):
-        base: Image | None = None
+        base = None
         for name in names:
             request = Render(seed=seed, spp=1, options={"precision": name})
             result = crew.render(tracer, model, request)
@@ -113,6 +114,7 @@ def _compare(crew: Crew, tracer: str, model: str, images: int) -> list[dict[str,
             non_finite[name] += int(result.extras.get("non_finite", 0.0))
             # The first render of a precision compiles, or warms the caches.
             seconds[name] += result.seconds if seed else 0.0
+    timed = 0 if base is None else (images - 1) * base.shape[0] * base.shape[1]
     return [
         {
             "tracer": tracer,
@@ -124,6 +126,7 @@ def _compare(crew: Crew, tracer: str, model: str, images: int) -> list[dict[str,
             "diverged": parted[name],
             "non_finite": non_finite[name],
             "speed": seconds[names[0]] / seconds[name] if seconds[name] else None,
+            "samples_per_second": timed / seconds[name] if seconds[name] else None,
         }
         for name in names
     ]

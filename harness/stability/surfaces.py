@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.measure.config import Config
 from harness.measure.crew import Crew
@@ -22,11 +21,10 @@ from harness.measure.messages import Render
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
 from harness.scene import load_scene, load_settings
+from harness.stability.modes import MODES
 from harness.statistics.metrics import luminance
 from harness.tracers.registry import TRACERS, load_tracer
 from harness.whole_files import write_whole
-
-Image = NDArray[np.float64]
 
 WHITE = 2.0**-10
 """How far from 1 a white sample may be."""
@@ -171,15 +169,18 @@ def measure_surfaces(config: Config, threads: int) -> Path:
         able = crew.probe(config["tracers"], "path")
         for tracer in config["tracers"]:
             for number, question in enumerate(asked):
-                rows.append(
-                    {
-                        "tracer": tracer,
-                        "precision": load_tracer(TRACERS[tracer]).precision,
-                        "quantity": question.quantity,
-                        "case": dict(question.case),
-                        **_ask(crew, tracer, folder, number, question, plan["images"], able),
-                    }
-                )
+                for precision, found in _ask(
+                    crew, tracer, folder / f"scene-{number}.xml", question, plan["images"], able
+                ).items():
+                    rows.append(
+                        {
+                            "tracer": tracer,
+                            "precision": precision,
+                            "quantity": question.quantity,
+                            "case": dict(question.case),
+                            **found,
+                        }
+                    )
             progress.say(f"{tracer}: {len(asked)} scenes")
     about = provenance(config, load_scene(folder / "scene-0.xml"), threads)
     write_json(path, {"key": key, "rows": rows, "provenance": about})
@@ -189,29 +190,40 @@ def measure_surfaces(config: Config, threads: int) -> Path:
 def _ask(
     crew: Crew,
     tracer: str,
-    folder: Path,
-    number: int,
+    scene: Path,
     question: Question,
     images: int,
     able: Mapping[str, object],
-) -> dict[str, Any]:
-    """What one tracer makes of one scene: the share, or why there is none."""
-    scene = folder / f"scene-{number}.xml"
+) -> dict[str, dict[str, Any]]:
+    """What one tracer makes of one scene, by precision: the share, or why there is none."""
     write_whole(scene, question.body)
     render = unshaded_settings(load_settings(scene), SIZE, SIZE)
-    found: list[Image] = []
-    takes_part = tracer in able and crew.takes_part(tracer, "path")
-    if takes_part and crew.load(tracer, scene, render) is not None:
-        for seed in range(images):
-            result = crew.render(tracer, "path", Render(seed=seed, spp=1))
-            if result is not None:
-                found.append(luminance(result.image))
-    if len(found) < images:
-        row = next(row for row in reversed(crew.rows) if row["tracer"] == tracer)
-        return {"status": row["status"], "reason": row["reason"]}
-    wrong = {
-        "leaks_ppm": lambda image: image > 0.0,
-        "self_hits_ppm": lambda image: np.abs(image - 1.0) > WHITE,
-    }[question.quantity]
-    count = sum(int(wrong(image).sum()) for image in found)
-    return {"status": "ok", "reason": "", "count": count, "of": images * SIZE * SIZE}
+    ready = tracer in able and crew.load(tracer, scene, render) is not None
+    found: dict[str, dict[str, Any]] = {}
+    for precision in MODES.get(tracer, (load_tracer(TRACERS[tracer]).precision,)):
+        options: dict[str, object] = {"precision": precision} if tracer in MODES else {}
+        count = None
+        if ready:
+            requests = [Render(seed=seed, spp=1, options=options) for seed in range(images)]
+            count = _count(crew, tracer, question.quantity, requests)
+        if count is None:
+            row = next(row for row in reversed(crew.rows) if row["tracer"] == tracer)
+            found[precision] = {"status": row["status"], "reason": row["reason"]}
+            ready = False
+            continue
+        of = images * SIZE * SIZE
+        found[precision] = {"status": "ok", "reason": "", "count": count, "of": of}
+    return found
+
+
+def _count(crew: Crew, tracer: str, quantity: str, requests: list[Render]) -> int | None:
+    """Samples that are wrong in some images; None where the tracer fails."""
+    count = 0
+    for request in requests:
+        result = crew.render(tracer, "path", request)
+        if result is None:
+            return None
+        image = luminance(result.image)
+        wrong = image > 0.0 if quantity == "leaks_ppm" else np.abs(image - 1.0) > WHITE
+        count += int(wrong.sum())
+    return count

@@ -57,6 +57,8 @@ def record_seeds(
     ppm = 1e6 / defects.pixels
     recorder.measure(subject, "non_finite_ppm", exact(defects.non_finite * ppm, count))
     recorder.measure(subject, "negative_ppm", exact(defects.negative * ppm, count))
+    samples = images.spp * defects.pixels
+    recorder.measure(subject, "dropped_ppm", exact(images.dropped * 1e6 / samples, count))
     if defects.non_finite:
         recorder.measure(
             subject,

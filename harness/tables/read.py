@@ -35,6 +35,11 @@ class ImageSet:
     failures: tuple[str, ...]
     """notes of seeds that failed"""
 
+    @property
+    def dropped(self) -> int:
+        """Samples that are in none of the images, being no finite numbers."""
+        return sum(int(record.get("non_finite", 0)) for record in self.records)
+
 
 @dataclass(frozen=True, slots=True)
 class Absence:

@@ -153,6 +153,8 @@ def record_modes(recorder: Recorder, job: ModesJob) -> None:
         case = {"against": row["against"]}
         non_finite = share_ppm(row["non_finite"], samples)
         recorder.measure(subject, "non_finite_ppm", non_finite, case)
+        if row["samples_per_second"] is not None:
+            recorder.measure(subject, "paired_rate", exact(row["samples_per_second"], 1), case)
         if row["precision"] == row["against"]:
             continue
         recorder.measure(subject, "paired_bias", Interval(**row["bias"]), case)

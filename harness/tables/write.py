@@ -25,6 +25,7 @@ from harness.tables.stability import (
     record_surfaces,
 )
 from harness.tables.study import read_study, record_study
+from harness.tables.sweeps import read_sweeps_job, record_sweeps
 from harness.tables.times import (
     group_times,
     headline,
@@ -125,6 +126,9 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     surfaces_job = read_surfaces_job(results_dir)
     if surfaces_job is not None:
         record_surfaces(recorder, surfaces_job)
+    sweeps_job = read_sweeps_job(results_dir)
+    if sweeps_job is not None:
+        record_sweeps(recorder, sweeps_job)
     for study in read_study(results_dir):
         record_study(recorder, study)
     samples, measurements = recorder.frames()

@@ -187,9 +187,13 @@ class _HasteTracer(Tracer):
     ) -> RenderResult:
         counting = {"engine": engine, "count_rays": count_rays}
         rest = {name: options[name] for name in options if name not in SETTINGS | {"clamp"}}
-        answer = self._trace(
-            self._turned(options), {"seed": seed, "samples": spp, **counting, **rest}
-        )
+        try:
+            answer = self._trace(
+                self._turned(options), {"seed": seed, "samples": spp, **counting, **rest}
+            )
+        except OverflowError as error:
+            # The extension knows the pixel, but not what its scene is called.
+            raise type(error)(f"{self.imported.name}: {error}") from error
         rays = None
         if count_rays:
             rays = RayCounts(

@@ -202,9 +202,9 @@ SceneView<float> HostScene::view(TraversalKind traversal) const {
     return view;
 }
 
-FixedPoint HostScene::film_format(const Settings<float>& settings) const {
+FixedPoint HostScene::film_format(const Vec3f& ambient) const {
     constexpr int head_room_bits = 10;
-    float brightest = std::max(max_component(arrays_.environment), max_component(settings.ambient));
+    float brightest = std::max(max_component(arrays_.environment), max_component(ambient));
     for (const Light<float>& light : arrays_.lights) {
         brightest = std::max(brightest, max_component(light.radiance));
     }

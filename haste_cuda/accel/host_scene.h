@@ -67,8 +67,8 @@ public:
     [[nodiscard]] const BuiltBvh8& bvh8() const;
     [[nodiscard]] const std::vector<float>& light_cdf() const { return light_cdf_; }
 
-    /// The film's unit: 2^10 of head-room over the brightest emitter.
-    [[nodiscard]] FixedPoint film_format(const Settings<float>& settings) const;
+    /// The film's unit: 2^10 of head-room over the brightest emitter, `ambient` being one.
+    [[nodiscard]] FixedPoint film_format(const Vec3f& ambient) const;
 
     /// The R of equation 8, one a scene: the mean of its reflection and transmission constants, a
     /// dielectric's taken for 1; 0 where nothing reflects.

@@ -18,6 +18,7 @@
 #include "core/math/elementary.h"
 #include "core/model/phong_bsdf.h"
 #include "core/precision.h"
+#include "core/sampling/light_sample.h"
 #include "core/sampling/warp.h"
 #include "cpu/planted.h"
 
@@ -95,6 +96,25 @@ nb::object warp_points(const std::string& name, const Points& numbers, float par
         result.push_back(warp(name, u.x, u.y, u.z, parameter));
     }
     return points_to_numpy(result);
+}
+
+/// Directions towards a light from some points, and their densities per solid angle.
+nb::object light_directions(SceneHandle& scene, u32 light, const Points& from,
+                            const Points& numbers) {
+    require_same(from.shape(0), numbers.shape(0));
+    const SceneView<float> view = scene.host().view();
+    if (light >= view.light_count) throw std::invalid_argument("there is no such light");
+    std::vector<Vec3f> directions;
+    std::vector<float> pdf;
+    for (std::size_t i = 0; i < from.shape(0); ++i) {
+        const Vec3f u = point(numbers, i);
+        const LightDirection<float> sample = sample_light_direction<Features<all_features>>(
+            view, view.lights[light], point(from, i), u.x, u.y, u.z);
+        directions.push_back(sample.direction);
+        pdf.push_back(sample.pdf);
+    }
+    const std::size_t n = pdf.size();
+    return nb::make_tuple(points_to_numpy(directions), to_numpy(std::move(pdf), {n}));
 }
 
 nb::object convert(const Reals& values, int exponent, u32 rounding) {
@@ -263,6 +283,8 @@ void bind_testing(nb::module_& parent) {
     module.def("sin_cos_of_turn", &sin_cos, "turns"_a);
     module.def("elementary", &elementary_values, "name"_a, "values"_a);
     module.def("warp", &warp_points, "name"_a, "numbers"_a, "parameter"_a = 0.0f);
+    module.def("light_directions", &light_directions, "scene"_a, "light"_a, "origins"_a,
+               "numbers"_a);
     module.def("convert", &convert, "values"_a, "exponent"_a, "rounding"_a);
     module.def("closest", &closest, "scene"_a, "origins"_a, "directions"_a,
                "intersector"_a = "haste");

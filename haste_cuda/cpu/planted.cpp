@@ -1,5 +1,8 @@
 #include "cpu/planted.h"
 
+#include <limits>
+#include <vector>
+
 #include "core/model/haste_model.h"
 #include "cpu/pass.h"
 
@@ -60,6 +63,8 @@ PlantedReading planted_reading(const std::string& name) {
         reading.lights_block_themselves = true;
     } else if (name == "glass_lets_shadow_rays_through") {
         reading.glass_lets_shadow_rays_through = true;
+    } else if (name == "a_light_is_no_number") {
+        reading.a_light_is_no_number = true;
     } else {
         throw std::invalid_argument("no reading is called " + name);
     }
@@ -72,8 +77,14 @@ RenderOutput render_planted(const HostScene& scene, const Settings<float>& setti
     schedule.threads = threads;
     return render_in_passes(
         scene, ModelKind::haste, settings, samples, schedule, [&](const PassRequest& request) {
+            SceneView<float> view = request.view;
+            std::vector<Light<float>> lights(view.lights, view.lights + view.light_count);
+            if (reading.a_light_is_no_number && !lights.empty()) {
+                lights.front().radiance.x = std::numeric_limits<float>::quiet_NaN();
+            }
+            view.lights = lights.data();
             const PhongModel<Watertight, EveryFeature, false, PlantedReading> model(
-                request.view, request.settings, reading);
+                view, request.settings, reading);
             const PlantedIntersector intersector(request.view,
                                                  reading.glass_lets_shadow_rays_through);
             return depth_first_pass<decltype(model), PlantedIntersector, false>(

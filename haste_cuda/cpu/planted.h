@@ -13,6 +13,7 @@ struct PlantedReading {
     bool refraction_uses_the_unturned_normal = false;
     bool lights_block_themselves = false;
     bool glass_lets_shadow_rays_through = false;
+    bool a_light_is_no_number = false;  ///< no reading: what a film must leave out and count
 };
 
 /// The reading of a name: a field of `PlantedReading`, or "none" for the paper's own.

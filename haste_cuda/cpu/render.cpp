@@ -51,7 +51,7 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
     PassRequest request;
     request.view = scene.view();
     request.settings = settings;
-    request.format = scene.film_format(settings);
+    request.format = scene.film_format(film_ambient(model, settings));
     request.schedule = schedule;
     request.tree = ray_tree(model, settings);
     request.stack_capacity = stack_capacity(model, settings);

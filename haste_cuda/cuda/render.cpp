@@ -79,7 +79,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     const Camera<float>& camera = pass.scene.camera;
     std::vector<double> weights = layer_weights(schedule, settings, host.common_reflectance());
     DeviceFilm film(3 * std::size_t(camera.width) * camera.height * weights.size(), schedule.film,
-                    host.film_format(settings));
+                    host.film_format(film_ambient(model, settings)));
     pass.film = film.target();
     pass.rays = film.rays();
 

@@ -65,6 +65,10 @@ TraversalKind image_traversal(EngineKind engine, u64 primitives) {
     return private_stacks && primitives < small_scene ? small_scene_traversal : default_traversal;
 }
 
+Vec3<float> film_ambient(ModelKind model, const Settings<float>& settings) {
+    return model == ModelKind::whitted ? settings.ambient : Vec3<float>{0, 0, 0};
+}
+
 RayTree ray_tree(ModelKind model, const Settings<float>& settings) {
     switch (model) {
         case ModelKind::path:

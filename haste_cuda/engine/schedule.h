@@ -57,6 +57,10 @@ struct Schedule {
 /// behind, and the ambient rays of one hit lie on top.
 [[nodiscard]] u32 stack_capacity(ModelKind model, const Settings<float>& settings);
 
+/// The constant radiance that a model adds to a film, from which the film takes its range: only
+/// `whitted` has one, and next to it the light of a dim scene would be below the film's unit.
+[[nodiscard]] Vec3<float> film_ambient(ModelKind model, const Settings<float>& settings);
+
 /// How the GPU finds what the rays of an image hit, where the schedule leaves it open.
 [[nodiscard]] TraversalKind image_traversal(EngineKind engine, u64 primitives);
 

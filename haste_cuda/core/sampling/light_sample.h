@@ -90,7 +90,8 @@ HASTE_HD LightDirection<Real> sample_light_direction(const SceneView<Real>& scen
             const Vec3<Real> local = uniform_cone(u, v, cone.one_minus_cosine);
             const Frame<Real> frame = frame_about(cone.to_centre * (Real(1) / distance));
             result.direction = frame.to_world(local);
-            const Real sine_squared = maximum(Real(1) - local.z * local.z, Real(0));
+            // Not 1 - cosine^2, of which nothing is left in a narrow cone.
+            const Real sine_squared = local.x * local.x + local.y * local.y;
             const Real along =
                 distance * local.z - safe_square_root(light.radius * light.radius -
                                                       cone.distance_squared * sine_squared);

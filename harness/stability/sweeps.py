@@ -1,0 +1,137 @@
+"""Every hazard at every value through every tracer, in every precision that it has.
+
+An error is that of the mean of the image against a closed form.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.measure.config import Config
+from harness.measure.crew import Crew
+from harness.measure.files import hash_files, key_of, read_json, write_json
+from harness.measure.messages import Render
+from harness.measure.progress import Progress
+from harness.measure.provenance import provenance, tracer_code
+from harness.scene import load_scene, load_settings
+from harness.stability.hazards import HAZARDS, Extreme, Hazard
+from harness.stability.mesh_scene import write_mesh
+from harness.stability.modes import MODES
+from harness.statistics.intervals import t_interval
+from harness.tracers.registry import TRACERS, load_tracer
+from harness.whole_files import write_whole
+
+HERE = Path(__file__).parent
+
+
+def write_extreme(folder: Path, extreme: Extreme) -> Path:
+    """Write a scene, its settings and its meshes to a folder, which is returned."""
+    write_whole(folder / "settings.yaml", extreme.settings)
+    for name, (vertices, triangles) in extreme.meshes.items():
+        write_mesh(folder / f"{name}.ply", vertices, triangles)
+    write_whole(folder / "scene.xml", extreme.scene)
+    return folder
+
+
+def measure_sweeps(config: Config, threads: int) -> Path:
+    """Render every scene with every tracer in every precision, and take the errors.
+
+    Returns
+    -------
+    Path
+        The record: a row for each tracer, precision and scene.
+    """
+    path, plan = config.sweeps_file, config["stability"]["sweeps"]
+    who = {tracer: tracer_code(tracer) for tracer in config["tracers"]}
+    code = hash_files([HERE / "hazards.py", Path(__file__)])
+    key = key_of({"who": who, "plan": plan, "code": code})
+    known = read_json(path)
+    if isinstance(known, dict) and known.get("key") == key:
+        return path
+    progress, folder = Progress("sweeps"), path.parent / "sweeps"
+    scenes = [
+        (hazard, value, write_extreme(folder / f"{hazard.name}-{value:g}", hazard.make(value)))
+        for hazard in HAZARDS
+        for value in plan["values"].get(hazard.name, [])
+    ]
+    rows: list[dict[str, Any]] = []
+    for tracer in config["tracers"]:
+        with Crew([tracer], threads, config["timeout_seconds"]) as crew:
+            able = tracer in crew.probe([tracer], "path")
+            for hazard, value, scene in scenes:
+                rows += _rows(crew, tracer, hazard, value, scene, plan, able=able)
+        progress.say(f"{tracer}: {len(scenes)} scenes")
+    about = provenance(config, load_scene(scenes[0][2]), threads) if scenes else {}
+    write_json(path, {"key": key, "rows": rows, "provenance": about})
+    return path
+
+
+def _rows(
+    crew: Crew,
+    tracer: str,
+    hazard: Hazard,
+    value: float,
+    scene: Path,
+    plan: Mapping[str, Any],
+    *,
+    able: bool,
+) -> Iterator[dict[str, Any]]:
+    """A row for each precision of a tracer, of one scene."""
+    own = load_tracer(TRACERS[tracer]).precision
+    extreme = hazard.make(value)
+    most = plan["most_samples"].get(tracer, math.inf)
+    too_long = extreme.spp * extreme.size**2 > most
+    ready = able and not too_long
+    if ready:
+        render = load_settings(scene).render("path", extreme.size, extreme.size)
+        # Roulette would be noise.
+        render = replace(render, max_depth=extreme.depth, rr_depth=extreme.depth + 1)
+        ready = crew.load(tracer, scene, render) is not None
+    for precision in MODES.get(tracer, (own,)):
+        row = {
+            "tracer": tracer,
+            "precision": precision,
+            "hazard": hazard.name,
+            "scene": hazard.scene,
+            "value": value,
+            "case": hazard.case(value),
+        }
+        if too_long:
+            why = f"{extreme.spp * extreme.size**2} samples at once are more than it is given"
+            yield {**row, "status": "skipped", "reason": why}
+        elif not ready:
+            yield {**row, **_reason(crew)}
+        else:
+            options = {"precision": precision} if tracer in MODES else {}
+            found = _errors(crew, tracer, extreme, options, plan["images"])
+            yield {**row, **(found or _reason(crew))}
+
+
+def _reason(crew: Crew) -> dict[str, str]:
+    row = crew.rows[-1]
+    return {"status": row["status"], "reason": row["reason"]}
+
+
+def _errors(
+    crew: Crew, tracer: str, extreme: Extreme, options: Mapping[str, object], images: int
+) -> dict[str, Any] | None:
+    """The error of the mean and the samples that are no numbers; None where the tracer fails."""
+    errors, non_finite = [], 0
+    for seed in range(images):
+        request = Render(seed=seed, spp=extreme.spp, options=dict(options))
+        result = crew.render(tracer, "path", request)
+        if result is None:
+            return None
+        image = result.image
+        dropped = int(result.extras.get("non_finite", 0.0))
+        non_finite += dropped + int((~np.isfinite(image)).any(axis=-1).sum())
+        errors.append((float(np.mean(image)) - extreme.expected) / extreme.unit)
+    count = {"non_finite": non_finite, "samples": images * extreme.spp * extreme.size**2}
+    if not np.isfinite(errors).all():
+        why = f"{non_finite} of {count['samples']} samples are not finite"
+        return {"status": "failed", "reason": why, **count}
+    return {"status": "ok", "reason": "", "error": asdict(t_interval(errors)), **count}
