@@ -44,6 +44,29 @@ def _rays(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _stability(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.job import measure_stability
+
+    for scene in options.scene or config.stability_scenes:
+        measure_stability(config, scene, options.threads)
+    return 0
+
+
+def _modes(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.modes import compare_modes
+
+    for scene in options.scene or config.mode_scenes:
+        compare_modes(config, scene, options.threads)
+    return 0
+
+
+def _surfaces(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.surfaces import measure_surfaces
+
+    measure_surfaces(config, options.threads)
+    return 0
+
+
 def _study(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.study import study_scene
 
@@ -170,6 +193,9 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
+    "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
+    "modes": (_modes, "render the same samples in every precision, and compare"),
+    "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
     "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
@@ -182,6 +208,10 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "sheet": (_sheet, "set those pictures side by side, for the README"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
+
+
+JOBS = ("truth", "measure", "rays", "stability", "modes")
+"""Commands that are one job a scene."""
 
 
 def _positive(text: str) -> int:
@@ -207,7 +237,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "rays", "study", "features", "generate", "thumbnails"}:
+        if name in {*JOBS, "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -241,7 +271,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
-        if name in {"truth", "measure", "rays", "study", "available", "thumbnails"}:
+        if name in {*JOBS, "surfaces", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -260,8 +290,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            known = config.ray_scenes if options.command == "rays" else config.scenes
-            if options.command in {"truth", "measure", "rays"} and scene not in known:
+            own = {
+                "rays": config.ray_scenes,
+                "stability": config.stability_scenes,
+                "modes": config.mode_scenes,
+            }
+            known = own.get(options.command, config.scenes)
+            if options.command in JOBS and scene not in known:
                 names = ", ".join(known) or "none"
                 raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:
