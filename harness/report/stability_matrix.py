@@ -37,15 +37,13 @@ class Line:
     quantity: str
     key: str
     family: str
-    recentred: str = ""
+    held: Mapping[str, object] = field(default_factory=dict)
+    """what else a row's case must have: what is not pushed is mild"""
 
     def takes(self, row: Measurement, case: Mapping[str, object]) -> bool:
         """Whether a row of the table belongs here."""
-        return (
-            row.quantity == self.quantity
-            and self.key in case
-            and case.get("recentred", "") == self.recentred
-        )
+        mild = all(case.get(key) == value for key, value in self.held.items())
+        return row.quantity == self.quantity and self.key in case and mild
 
 
 FAMILIES = {
@@ -62,12 +60,15 @@ _FAMILY_OF = {
 }
 
 LINES: tuple[Line, ...] = (
-    Line("cracks_scale", "cracks, scale of the mesh", "cracks_ppm", "scale", "rays"),
-    Line("cracks_eye", "cracks, distance of the eye", "cracks_ppm", "eye", "rays"),
-    Line("self_hits_scale", "self-hits, scale", "self_hits_ppm", "scale", "rays"),
-    Line("self_hits_eye", "self-hits, distance of the eye", "self_hits_ppm", "eye", "rays"),
-    Line("leaks_scale", "leaks, scale", "leaks_ppm", "scale", "rays"),
-    Line("leaks_gap", "leaks, gap under a lid", "leaks_ppm", "gap", "rays"),
+    Line("cracks_scale", "cracks, scale of the mesh", "cracks_ppm", "scale", "rays", {"eye": 1.0}),
+    Line("cracks_eye", "cracks, distance of the eye", "cracks_ppm", "eye", "rays", {"scale": 1.0}),
+    Line("self_hits_scale", "self-hits, scale", "self_hits_ppm", "scale", "rays", {"eye": 1.0}),
+    Line(
+        *("self_hits_eye", "self-hits, distance of the eye", "self_hits_ppm", "eye", "rays"),
+        {"scale": 1.0},
+    ),
+    Line("leaks_scale", "leaks, scale", "leaks_ppm", "scale", "rays", {"gap": 0.01}),
+    Line("leaks_gap", "leaks, gap under a lid", "leaks_ppm", "gap", "rays", {"scale": 1.0}),
     *(
         Line(
             hazard.name,
@@ -75,7 +76,7 @@ LINES: tuple[Line, ...] = (
             "closed_form_error",
             hazard.key,
             _FAMILY_OF.get(hazard.name, "surfaces"),
-            {"distance": "no", "distance_recentred": "yes"}.get(hazard.name, ""),
+            {"recentred": hazard.case(1.0)["recentred"]} if hazard.key == "distance" else {},
         )
         for hazard in HAZARDS
     ),
@@ -112,7 +113,7 @@ Subject = tuple[str, str]
 def find_curves(measurements: Measurements) -> dict[str, dict[Subject, Curve]]:
     """Collect the curves by line; empty where nothing was pushed.
 
-    Several rows of one value (aims, other scales) are one point, which the worst of them decides.
+    Several rows of one value (aims, traversals) are one point, which the worst of them decides.
     """
     curves: dict[str, dict[Subject, Curve]] = {}
     quantities = {line.quantity for line in LINES}
@@ -275,9 +276,10 @@ def plot_family(curves: Mapping[str, Mapping[Subject, Curve]], family: str) -> F
     lines = [line for line in lines if any(c.points for c in curves[line.name].values())]
     if not lines:
         return None
-    columns = 2 if len(lines) in (2, 4) else min(len(lines), 3)
+    # Titles are as wide as half of the page.
+    columns = min(len(lines), 2)
     with figure_style():
-        figure, all_axes = make_panels(-(-len(lines) // columns), columns, 2.5)
+        figure, all_axes = make_panels(-(-len(lines) // columns), columns, 2.4)
         for axes in all_axes[len(lines) :]:
             axes.set_visible(False)
         for axes, line in zip(all_axes, lines, strict=False):
@@ -300,10 +302,10 @@ def _plot(axes: Axes, line: Line, curves: Mapping[Subject, Curve]) -> None:
     ]
     smallest, largest = min(found, default=1.0), max(found, default=10.0)
     least = 10.0 ** (math.floor(math.log10(smallest)) - 1) if ppm else 1e-8
-    most = max(2.0 * largest, 10.0 * least)
+    most = max(3.0 * largest, 10.0 * least)
     for (tracer, precision), curve in sorted(curves.items(), key=lambda item: _order(item[0])):
         values = sorted(curve.points)
-        errors = np.clip([curve.points[value].error for value in values], least, most)
+        errors = np.clip([curve.points[value].error for value in values], least, 0.7 * most)
         axes.plot(
             values,
             errors,
@@ -313,11 +315,11 @@ def _plot(axes: Axes, line: Line, curves: Mapping[Subject, Curve]) -> None:
             ls=DASHES.get(precision, "-"),
             lw=1.2,
             ms=3.5,
-            clip_on=False,
         )
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_ylim(least, most)
+    # Room for half of a marker.
+    axes.set_ylim(least * (least / most) ** 0.04, most)
     axes.xaxis.set_major_locator(LogLocator(numticks=7))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_locator(LogLocator(numticks=6))

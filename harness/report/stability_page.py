@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -23,6 +24,7 @@ from harness.report.stability_matrix import (
     make_stability_matrix,
     plot_family,
 )
+from harness.report.stability_worst import plot_worst
 from harness.report.tables import Cell, Column, Table
 from harness.statistics.intervals import Interval
 from harness.tables.lookup import Measurement, Measurements
@@ -48,7 +50,7 @@ def stability_tables(measurements: Measurements) -> dict[str, Table | None]:
 
 
 def stability_parts(
-    measurements: Measurements, add: AddFigure, captions: Mapping[str, str]
+    measurements: Measurements, results_dir: Path, add: AddFigure, captions: Mapping[str, str]
 ) -> dict[str, Any]:
     """Everything else that the template wants.
 
@@ -56,6 +58,8 @@ def stability_parts(
     ----------
     measurements
         The rows of measurements.csv.
+    results_dir
+        The run's folder, which has the images of the sweeps.
     add
         Writes a figure and makes it part of the page; of name, figure, title and caption.
     captions
@@ -74,6 +78,12 @@ def stability_parts(
         "stability_matrix": make_stability_matrix(curves),
         "stability_lines": trade_lines(measurements),
         "stability_figures": [(anchor, figure) for anchor, figure in families if figure],
+        "worst_figure": add(
+            "stability-worst",
+            plot_worst(results_dir),
+            "The worst side by side",
+            captions["stability_worst"],
+        ),
         "crack_figure": add("cracks", crack_figure, "Cracks", captions["cracks"]),
     }
 

@@ -268,7 +268,7 @@ def write_report(results_dir: Path) -> Path:
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
         ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
-        **stability_parts(measurements, figures.add, captions),
+        **stability_parts(measurements, results_dir, figures.add, captions),
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
         study_figures=[figure for figure in study_figures if figure],

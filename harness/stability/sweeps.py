@@ -13,19 +13,21 @@ import numpy as np
 
 from harness.measure.config import Config
 from harness.measure.crew import Crew
-from harness.measure.files import hash_files, key_of, read_json, write_json
+from harness.measure.files import hash_files, key_of, read_json, write_image, write_json
 from harness.measure.messages import Render
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
 from harness.scene import load_scene, load_settings
 from harness.stability.hazards import HAZARDS, Extreme, Hazard
 from harness.stability.mesh_scene import write_mesh
-from harness.stability.modes import MODES
+from harness.stability.modes import MODES, Image
 from harness.statistics.intervals import t_interval
 from harness.tracers.registry import TRACERS, load_tracer
 from harness.whole_files import write_whole
 
 HERE = Path(__file__).parent
+KEPT = 1e-3
+"""Error from which on the first image of a scene is kept for the report."""
 
 
 def write_extreme(folder: Path, extreme: Extreme) -> Path:
@@ -92,7 +94,7 @@ def _rows(
         render = replace(render, max_depth=extreme.depth, rr_depth=extreme.depth + 1)
         ready = crew.load(tracer, scene, render) is not None
     for precision in MODES.get(tracer, (own,)):
-        row = {
+        row: dict[str, Any] = {
             "tracer": tracer,
             "precision": precision,
             "hazard": hazard.name,
@@ -102,13 +104,18 @@ def _rows(
         }
         if too_long:
             why = f"{extreme.spp * extreme.size**2} samples at once are more than it is given"
-            yield {**row, "status": "skipped", "reason": why}
+            yield row | {"status": "skipped", "reason": why}
         elif not ready:
-            yield {**row, **_reason(crew)}
+            yield row | _reason(crew)
         else:
             options = {"precision": precision} if tracer in MODES else {}
-            found = _errors(crew, tracer, extreme, options, plan["images"])
-            yield {**row, **(found or _reason(crew))}
+            found, image = _errors(crew, tracer, extreme, options, plan["images"])
+            row |= found or _reason(crew)
+            off = abs(row["error"]["value"]) if row["status"] == "ok" else math.inf
+            if image is not None and off > KEPT:
+                row["image"] = f"{tracer}-{precision}.npy"
+                write_image(scene / str(row["image"]), image)
+            yield row
 
 
 def _reason(crew: Crew) -> dict[str, str]:
@@ -118,20 +125,24 @@ def _reason(crew: Crew) -> dict[str, str]:
 
 def _errors(
     crew: Crew, tracer: str, extreme: Extreme, options: Mapping[str, object], images: int
-) -> dict[str, Any] | None:
-    """The error of the mean and the samples that are no numbers; None where the tracer fails."""
-    errors, non_finite = [], 0
+) -> tuple[dict[str, Any] | None, Image | None]:
+    """The error of the mean and the samples that are no numbers, and the first image; None where
+    the tracer fails.
+    """
+    errors: list[float] = []
+    non_finite, first = 0, None
     for seed in range(images):
         request = Render(seed=seed, spp=extreme.spp, options=dict(options))
         result = crew.render(tracer, "path", request)
         if result is None:
-            return None
+            return None, None
         image = result.image
+        first = image if first is None else first
         dropped = int(result.extras.get("non_finite", 0.0))
         non_finite += dropped + int((~np.isfinite(image)).any(axis=-1).sum())
         errors.append((float(np.mean(image)) - extreme.expected) / extreme.unit)
     count = {"non_finite": non_finite, "samples": images * extreme.spp * extreme.size**2}
     if not np.isfinite(errors).all():
         why = f"{non_finite} of {count['samples']} samples are not finite"
-        return {"status": "failed", "reason": why, **count}
-    return {"status": "ok", "reason": "", "error": asdict(t_interval(errors)), **count}
+        return {"status": "failed", "reason": why, **count}, first
+    return {"status": "ok", "reason": "", "error": asdict(t_interval(errors)), **count}, first

@@ -22,6 +22,7 @@ from harness.report.stability_matrix import (
     power,
 )
 from harness.report.stability_page import trade_lines, trade_table
+from harness.report.stability_worst import plot_worst, worst_rows
 from harness.stability.hazards import HAZARDS, KINDS, Extreme, Hazard, lamp_over_floor
 from harness.stability.sweeps import measure_sweeps
 from harness.statistics.intervals import Interval
@@ -102,6 +103,11 @@ def test_the_extremes_hold_where_they_can_and_the_rows_say_so(make: Callable[...
     frame = recorder.frames()[1]
     assert set(frame["quantity"]) == {"closed_form_error", "non_finite_ppm"}
     assert "distance=1000000.0;recentred=yes" in set(frame["case"])
+    shown = [(row["hazard"], row["precision"]) for row in worst_rows(record)]
+    assert ("slivers", "fast") in shown and "distance" in {hazard for hazard, _ in shown}
+    assert "samples" not in {hazard for hazard, _ in shown}, "that holds, and has no image"
+    assert plot_worst(config.results_dir) is not None
+    assert plot_worst(config.results_dir / "nothing") is None
 
 
 @needs_extension
