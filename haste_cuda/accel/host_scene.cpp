@@ -163,13 +163,16 @@ void HostScene::find_features() {
     for (const Material<float>& material : a.materials) {
         const bool dielectric = material.kind == MaterialKind::dielectric;
         require(dielectric, feature_dielectric);
+        require(!is_zero(material.diffuse), feature_diffuse);
         require(!is_zero(material.specular), feature_specular);
         require(!dielectric && material.reflection > 0, feature_mirror);
         require(!dielectric && material.transmission > 0, feature_transmission);
         require(material.twosided, feature_twosided);
         require(!is_zero(material.ambient), feature_ambient);
     }
-    require(!is_zero(a.environment), feature_environment);
+    const bool environment = !is_zero(a.environment);
+    require(environment, feature_environment);
+    require(a.lights.size() + (environment ? 1 : 0) > 1, feature_several_lights);
 }
 
 SceneView<float> HostScene::view(TraversalKind traversal) const {

@@ -2,6 +2,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <array>
 #include <map>
@@ -11,6 +12,7 @@
 #include "bindings/arrays.h"
 #include "bindings/bindings.h"
 #include "cpu/render.h"
+#include "engine/requirements.h"
 #include "engine/schedule.h"
 
 namespace nb = nanobind;
@@ -103,8 +105,8 @@ Accumulation accumulation_kind(const std::string& name) {
 nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<float> settings,
                        u32 seed, u32 samples, const std::string& engine,
                        const std::string& intersector, u64 packet, const std::string& order,
-                       u64 queue_bytes, const std::string& accumulation, int threads,
-                       bool count_rays, u32 pass_samples) {
+                       u64 queue_bytes, const std::string& accumulation, u32 more_features,
+                       int threads, bool count_rays, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,
@@ -122,6 +124,7 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
     schedule.order = queue_order(order);
     schedule.queue_bytes = queue_bytes;
     schedule.accumulation = accumulation_kind(accumulation);
+    schedule.more_features = more_features;
     schedule.threads = threads;
     schedule.count_rays = count_rays;
     schedule.pass_samples = pass_samples;
@@ -141,7 +144,8 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                         const std::optional<std::string>& traversal, u64 packet,
                         const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
-                        int block, bool count_rays, bool record_spans, u32 pass_samples) {
+                        u32 more_features, int block, bool count_rays, bool record_spans,
+                        u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,
@@ -162,6 +166,7 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
     schedule.film = choose<FilmKind>(
         "film", film, {{"int64", FilmKind::int64}, {"float_atomic", FilmKind::float_atomic}});
     schedule.accumulation = accumulation_kind(accumulation);
+    schedule.more_features = more_features;
     schedule.block = block;
     schedule.count_rays = count_rays;
     schedule.record_spans = record_spans;
@@ -201,15 +206,37 @@ void bind_render(nb::module_& module) {
              "max_layers"_a = 4, "light_samples"_a = 1, "ambient_samples"_a = 1,
              "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f},
              "clamp"_a = Numeric<float>::infinity);
+    module.def(
+        "feature_names",
+        [] { return std::vector<std::string>(feature_names, feature_names + feature_count); },
+        "Names of the features, in the order of their bits.");
+    module.def(
+        "model_features", [](const std::string& model) { return model_features(model_kind(model)); },
+        "model"_a, "Bits of the features that a model has code for.");
+    module.def(
+        "required_features",
+        [](SceneHandle& scene, const std::string& model, const Settings<float>& settings) {
+            return required_features(scene.host().features(), model_kind(model), settings);
+        },
+        "scene"_a, "model"_a, "settings"_a, "Bits of the features that a render requires.");
+    module.def(
+        "stack_capacity",
+        [](const std::string& model, const Settings<float>& settings, u32 features) {
+            return stack_capacity(model_kind(model), settings, features);
+        },
+        "model"_a, "settings"_a, "features"_a,
+        "Most rays that wait where a sample is traced depth first: what a kernel's stack holds.");
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
                "packet"_a = default_packet, "order"_a = "fifo",
-               "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat", "threads"_a = 0,
-               "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
+               "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat",
+               "more_features"_a = 0u, "threads"_a = 0, "count_rays"_a = false,
+               "pass_samples"_a = FixedPoint::max_pass_samples,
                "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
                "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
                "peak_queue_bytes, non_finite, launches (packets, slices of layers, or passes). "
-               "Raises ValueError on settings that make no "
+               "more_features: bits of features that the program has though nothing requires them, "
+               "which changes no bit of the film. Raises ValueError on settings that make no "
                "sense and "
                "FilmOverflow naming the pixel.");
     module.def(
@@ -217,7 +244,8 @@ void bind_render(nb::module_& module) {
         "samples"_a, "engine"_a = "depth_first", "traversal"_a = nb::none(),
         "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once",
         "queue_bytes"_a = default_queue_bytes, "streams"_a = 3, "film"_a = "int64",
-        "accumulation"_a = "flat", "block"_a = 128, "count_rays"_a = false,
+        "accumulation"_a = "flat", "more_features"_a = 0u, "block"_a = 128,
+        "count_rays"_a = false,
         "record_spans"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
         "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "

@@ -2,9 +2,12 @@
 
 #include "core/geometry/box.h"
 #include "core/geometry/offset.h"
-#include "core/geometry/triangle.h"
 
 namespace haste {
+
+// Of core/features/triangles.h: a type is named here, and made where there are triangles.
+template <class Real>
+struct WoopTest;
 
 /// A precision mode: the real type, the triangle test, the padding of boxes and the offset of
 /// spawned rays, in one type that is passed as a template parameter.

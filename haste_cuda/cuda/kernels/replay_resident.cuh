@@ -117,7 +117,7 @@ __device__ inline void store_hit(QueryHit<float>* hits, u32 index, const QueryHi
 template <QueryKind Kind, class F, class P>
 struct ResidentRay {
     Bvh8NodeTest node_test;
-    typename P::TriangleTest triangle_test;
+    TriangleTestOf<P, F> triangle_test;
     Vec3<float> direction;
     float t_min, t_max;
     QueryHit<float> best;
