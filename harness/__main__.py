@@ -44,6 +44,14 @@ def _rays(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _prices(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.prices import price_scene
+
+    for scene in options.scene or config.price_scenes:
+        price_scene(config, scene, options.threads)
+    return 0
+
+
 def _study(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.study import study_scene
 
@@ -170,6 +178,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
+    "prices": (_prices, "compile and time programs with more features than a scene requires"),
     "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
@@ -182,6 +191,12 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "sheet": (_sheet, "set those pictures side by side, for the README"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
+
+
+SCENE_BY_SCENE = frozenset(
+    {"truth", "measure", "rays", "prices", "study", "features", "generate", "thumbnails"}
+)
+"""Commands that take the option --scene."""
 
 
 def _positive(text: str) -> int:
@@ -207,7 +222,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "rays", "study", "features", "generate", "thumbnails"}:
+        if name in SCENE_BY_SCENE:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -241,7 +256,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
-        if name in {"truth", "measure", "rays", "study", "available", "thumbnails"}:
+        if name in {"truth", "measure", "rays", "prices", "study", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -260,8 +275,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            known = config.ray_scenes if options.command == "rays" else config.scenes
-            if options.command in {"truth", "measure", "rays"} and scene not in known:
+            own = {"rays": config.ray_scenes, "prices": config.price_scenes}
+            known = own.get(options.command, config.scenes)
+            if options.command in {"truth", "measure", *own} and scene not in known:
                 names = ", ".join(known) or "none"
                 raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:

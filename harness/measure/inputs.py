@@ -115,6 +115,11 @@ def ray_scene_files(config: Config) -> dict[str, list[str]]:
     return {name: files_of_scene(path) for name, path in config.ray_scenes.items()}
 
 
+def price_files(config: Config) -> dict[str, list[str]]:
+    """List the files of each scene whose features are priced, see `scene_files`."""
+    return {name: files_of_scene(path) for name, path in config.price_scenes.items()}
+
+
 def study_files(config: Config) -> dict[str, list[str]]:
     """List the files of each scene of the study of packets, see `scene_files`."""
     return {name: files_of_scene(path) for name, path in config.study_scenes.items()}

@@ -15,6 +15,7 @@ from harness.measure.config import ConfigError, check_config
 from harness.measure.inputs import (
     module_sources,
     package_sources,
+    price_files,
     ray_scene_files,
     scene_files,
     study_files,
@@ -34,6 +35,7 @@ RUNS = join_runs(Path(".snakemake"))
 RESULTS = SETTINGS["results_dir"].rstrip("/")
 SCENES = list(SETTINGS.scenes)
 SCENE_FILES = scene_files(SETTINGS)
+PRICE_FILES = price_files(SETTINGS)
 STUDY_FILES = study_files(SETTINGS)
 PYTHON = sys.executable
 

@@ -91,6 +91,11 @@ Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 l
     return {max_depth, rr_depth, max_layers, light_samples, ambient_samples, constant, clamp, 0};
 }
 
+const std::map<std::string, EngineKind> cuda_engines{
+    {"depth_first", EngineKind::depth_first}, {"packets", EngineKind::packets},
+    {"streams", EngineKind::streams},         {"layers", EngineKind::layers},
+    {"wavefront", EngineKind::wavefront},     {"persistent", EngineKind::persistent}};
+
 QueueOrder queue_order(const std::string& name) {
     return choose<QueueOrder>("order", name,
                               {{"fifo", QueueOrder::fifo}, {"lifo", QueueOrder::lifo}});
@@ -148,13 +153,7 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                         u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
-    schedule.engine = choose<EngineKind>("engine", engine,
-                                         {{"depth_first", EngineKind::depth_first},
-                                          {"packets", EngineKind::packets},
-                                          {"streams", EngineKind::streams},
-                                          {"layers", EngineKind::layers},
-                                          {"wavefront", EngineKind::wavefront},
-                                          {"persistent", EngineKind::persistent}});
+    schedule.engine = choose<EngineKind>("engine", engine, cuda_engines);
     if (traversal) schedule.traversal = traversal_of(*traversal);
     schedule.packet = packet;
     schedule.order = queue_order(order);
@@ -226,6 +225,17 @@ void bind_render(nb::module_& module) {
         },
         "model"_a, "settings"_a, "features"_a,
         "Most rays that wait where a sample is traced depth first: what a kernel's stack holds.");
+    module.def(
+        "image_traversal",
+        [](SceneHandle& scene, const std::string& engine) {
+            const SceneArrays& arrays = scene.host().arrays();
+            const u64 primitives = arrays.triangle_shape.size() + arrays.sphere_radius.size();
+            return std::string(name_of(
+                image_traversal(choose<EngineKind>("engine", engine, cuda_engines), primitives)));
+        },
+        "scene"_a, "engine"_a, "How an engine of the GPU finds what the rays of an image hit.");
+    module.def(
+        "ray_bytes", [] { return sizeof(Ray<float>); }, "Bytes of a ray that waits in a queue.");
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
                "packet"_a = default_packet, "order"_a = "fifo",
