@@ -4,6 +4,7 @@
 #include "core/accel/traversal.h"
 #include "cuda/event.h"
 #include "cuda/kernels/replay_params.h"
+#include "cuda/kernels/resident_params.h"
 #include "cuda/renderer_state.h"
 #include "host/stopwatch.h"
 
@@ -50,7 +51,7 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
                                   std::span<const RayQuery<float>> queries, QueryKind kind,
                                   const CudaReplaySchedule& schedule) {
     check_block(schedule.block);
-    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > 512) {
+    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > max_resident_block) {
         throw std::invalid_argument(
             "block must be at most 512 with bvh8, whose stacks lie in shared memory, not " +
             std::to_string(schedule.block));
