@@ -99,7 +99,9 @@ def headers_of_features(features: int) -> set[str]:
 
 def absent_headers(program: Program) -> set[str]:
     """The headers of the absent features, and what only these include."""
-    own = {f"core/features/{name}.h" for i, name in enumerate(NAMES) if not program.features >> i & 1}
+    own = {
+        f"core/features/{name}.h" for i, name in enumerate(NAMES) if not program.features >> i & 1
+    }
     return own | (headers_of_features(~program.features) - reached(program.source))
 
 
@@ -200,9 +202,7 @@ def test_no_header_of_all_programs_includes_that_of_a_feature():
 
 
 @pytest.mark.parametrize("feature", NAMES)
-def test_a_feature_that_is_required_is_missed(
-    compiler: ModuleType, tmp_path: Path, feature: str
-):
+def test_a_feature_that_is_required_is_missed(compiler: ModuleType, tmp_path: Path, feature: str):
     """Negative control: without its header no kernel compiles that has the feature."""
     for part in ("core", "cuda/kernels"):
         shutil.copytree(HEADERS / part, tmp_path / part)

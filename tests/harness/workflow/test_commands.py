@@ -11,7 +11,17 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "rays", "study", "tables", "report", "check", "baseline"}
+    wanted = {
+        "truth",
+        "measure",
+        "rays",
+        "prices",
+        "study",
+        "tables",
+        "report",
+        "check",
+        "baseline",
+    }
     wanted |= {"compare", "features", "available"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
@@ -38,7 +48,7 @@ def test_a_scene_outside_the_benchmark_of_rays_is_refused(capsys: pytest.Capture
 
 def test_features_prints_what_a_scene_requires(capsys: pytest.CaptureFixture[str]):
     assert main(["features", "--scene", "cornell-box"]) == 0
-    assert "  requires   triangles, mesh_lights, ambient\n" in capsys.readouterr().out
+    assert "  requires   triangles, mesh_lights, ambient, diffuse\n" in capsys.readouterr().out
 
 
 def test_inputs_name_the_sources_that_snakemake_cannot_see():
