@@ -210,8 +210,9 @@ void bind_render(nb::module_& module) {
         [] { return std::vector<std::string>(feature_names, feature_names + feature_count); },
         "Names of the features, in the order of their bits.");
     module.def(
-        "model_features", [](const std::string& model) { return model_features(model_kind(model)); },
-        "model"_a, "Bits of the features that a model has code for.");
+        "model_features",
+        [](const std::string& model) { return model_features(model_kind(model)); }, "model"_a,
+        "Bits of the features that a model has code for.");
     module.def(
         "required_features",
         [](SceneHandle& scene, const std::string& model, const Settings<float>& settings) {
@@ -254,8 +255,7 @@ void bind_render(nb::module_& module) {
         "samples"_a, "engine"_a = "depth_first", "traversal"_a = nb::none(),
         "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once",
         "queue_bytes"_a = default_queue_bytes, "streams"_a = 3, "film"_a = "int64",
-        "accumulation"_a = "flat", "more_features"_a = 0u, "block"_a = 128,
-        "count_rays"_a = false,
+        "accumulation"_a = "flat", "more_features"_a = 0u, "block"_a = 128, "count_rays"_a = false,
         "record_spans"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
         "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "

@@ -248,9 +248,10 @@ std::string kernel_source(const ReplaySpecification& specification) {
                signature + "    haste::replay_resident<" + query + ", " + types +
                ">(parameters);\n}\n";
     }
-    return headers + "#include \"cuda/kernels/replay.cuh\"\nextern \"C\" __global__ void " + signature +
-           "    haste::replay<" + query + ", haste::TraversalKind::" + specification.traversal +
-           ", " + types + ", " + (specification.count ? "true" : "false") + ">(parameters);\n}\n";
+    return headers + "#include \"cuda/kernels/replay.cuh\"\nextern \"C\" __global__ void " +
+           signature + "    haste::replay<" + query +
+           ", haste::TraversalKind::" + specification.traversal + ", " + types + ", " +
+           (specification.count ? "true" : "false") + ">(parameters);\n}\n";
 }
 
 Translation kernel_translation(const ReplaySpecification& specification, int architecture) {

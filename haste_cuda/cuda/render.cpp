@@ -83,8 +83,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     pass.rays = film.rays();
 
     const double built_before = state_->kernels.build_seconds();
-    const KernelSpecification kernel =
-        specification_of(host, model, settings, schedule, traversal);
+    const KernelSpecification kernel = specification_of(host, model, settings, schedule, traversal);
     const std::unique_ptr<Engine> engine = make_engine(
         {.device = state_->device,
          .kernels = state_->kernels,

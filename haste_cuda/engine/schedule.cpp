@@ -103,8 +103,8 @@ void check_settings(u32 features, ModelKind model, const Settings<float>& settin
         }
     }
     check_model(model, settings);
-    check_queue(
-        ray_tree(model, settings, compiled_features(features, model, settings, schedule)), schedule);
+    check_queue(ray_tree(model, settings, compiled_features(features, model, settings, schedule)),
+                schedule);
 }
 
 }  // namespace haste

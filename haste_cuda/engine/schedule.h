@@ -40,9 +40,9 @@ struct Schedule {
     Accumulation accumulation = Accumulation::flat;
     Allocation allocation = Allocation::once;
     FilmKind film = FilmKind::int64;
-    u32 streams = 3;  ///< of the engine `streams`
-    int threads = 0;  ///< of the processor; 0: all
-    int block = 128;  ///< threads of a CUDA block
+    u32 streams = 3;        ///< of the engine `streams`
+    int threads = 0;        ///< of the processor; 0: all
+    int block = 128;        ///< threads of a CUDA block
     u32 more_features = 0;  ///< compiled in though nothing requires them: haste::FeatureBits
     bool count_rays = false;
     bool record_spans = false;  ///< of `ScheduleWork`, on the GPU

@@ -23,7 +23,7 @@ enum FeatureBits : u32 {
     feature_clamp = 1u << 12,  ///< of the settings: indirect light is clamped
     feature_diffuse = 1u << 13,
     feature_several_lights = 1u << 14,  ///< the environment counted
-    feature_bounces = 1u << 15,  ///< also of the settings: rays of a further layer
+    feature_bounces = 1u << 15,         ///< also of the settings: rays of a further layer
 };
 
 inline constexpr u32 feature_count = 16;
@@ -31,10 +31,9 @@ inline constexpr u32 all_features = (1u << feature_count) - 1;
 
 /// In the order of the bits; a header of core/features/ each.
 inline constexpr const char* feature_names[feature_count] = {
-    "triangles",    "spheres",       "smooth_normals", "mesh_lights",
-    "sphere_lights", "specular",     "mirror",         "transmission",
-    "dielectric",   "twosided",      "ambient",        "environment",
-    "clamp",        "diffuse",       "several_lights", "bounces"};
+    "triangles", "spheres",      "smooth_normals", "mesh_lights", "sphere_lights", "specular",
+    "mirror",    "transmission", "dielectric",     "twosided",    "ambient",       "environment",
+    "clamp",     "diffuse",      "several_lights", "bounces"};
 
 /// The features as constants of a type, so that what a scene lacks compiles to nothing. Headers of
 /// all programs call what a feature's header defines only where the constant is true, on arguments

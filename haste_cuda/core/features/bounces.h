@@ -41,8 +41,8 @@ HASTE_HD void continue_path(P, const Ray<Real>& ray, const Surface<Real>& surfac
         next.contribution = next.contribution * (Real(1) / survival);
     }
     next.direction = sample.direction;
-    next.origin = P::Offset::apply(surface.point, surface.geometric_normal, surface.scale,
-                                   sample.direction);
+    next.origin =
+        P::Offset::apply(surface.point, surface.geometric_normal, surface.scale, sample.direction);
     next.layer = u16(ray.layer + 1);
     next.flags = u16(sample.delta ? delta_bounce : 0);
     next.node = child_node(ray.node, 0);

@@ -43,8 +43,8 @@ HASTE_HD LightDirection<Real> towards_sphere_light(const SceneView<Real>& scene,
         result.direction = frame.to_world(local);
         const Real sine_squared = maximum(Real(1) - local.z * local.z, Real(0));
         const Real along =
-            distance * local.z - safe_square_root(light.radius * light.radius -
-                                                  cone.distance_squared * sine_squared);
+            distance * local.z -
+            safe_square_root(light.radius * light.radius - cone.distance_squared * sine_squared);
         outward = normalize(result.direction * along - cone.to_centre);
         result.pdf = cone.pdf();
     } else {

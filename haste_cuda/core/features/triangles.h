@@ -7,8 +7,7 @@ namespace haste {
 
 /// The surface where a triangle is hit.
 template <class F, class Real>
-HASTE_HD Surface<Real> triangle_surface(F, const SceneView<Real>& scene,
-                                        const Hit<Real>& hit) {
+HASTE_HD Surface<Real> triangle_surface(F, const SceneView<Real>& scene, const Hit<Real>& hit) {
     const u32* index = scene.triangles + 3 * u64(hit.primitive);
     const Vec3<Real> v0 = scene.vertices[index[0]];
     const Vec3<Real> v1 = scene.vertices[index[1]];

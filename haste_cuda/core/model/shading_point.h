@@ -26,8 +26,8 @@ struct ShadingPoint {
           view(-ray.direction) {
         inside = dot(s.geometric_normal, view) < Real(0);
         geometric_normal = inside ? -s.geometric_normal : s.geometric_normal;
-        normal =
-            dot(s.shading_normal, geometric_normal) < Real(0) ? -s.shading_normal : s.shading_normal;
+        normal = dot(s.shading_normal, geometric_normal) < Real(0) ? -s.shading_normal
+                                                                   : s.shading_normal;
     }
 
     HASTE_HD Vec3<Real> start(const Vec3<Real>& direction) const {
