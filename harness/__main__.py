@@ -52,6 +52,29 @@ def _prices(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _stability(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.job import measure_stability
+
+    for scene in options.scene or config.stability_scenes:
+        measure_stability(config, scene, options.threads)
+    return 0
+
+
+def _modes(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.modes import compare_modes
+
+    for scene in options.scene or config.mode_scenes:
+        compare_modes(config, scene, options.threads)
+    return 0
+
+
+def _surfaces(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.surfaces import measure_surfaces
+
+    measure_surfaces(config, options.threads)
+    return 0
+
+
 def _study(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.study import study_scene
 
@@ -179,6 +202,9 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
     "prices": (_prices, "compile and time programs with more features than a scene requires"),
+    "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
+    "modes": (_modes, "render the same samples in every precision, and compare"),
+    "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
     "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
@@ -193,10 +219,8 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
 }
 
 
-SCENE_BY_SCENE = frozenset(
-    {"truth", "measure", "rays", "prices", "study", "features", "generate", "thumbnails"}
-)
-"""Commands that take the option --scene."""
+JOBS = ("truth", "measure", "rays", "prices", "stability", "modes")
+"""Commands that are one job a scene."""
 
 
 def _positive(text: str) -> int:
@@ -222,7 +246,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in SCENE_BY_SCENE:
+        if name in {*JOBS, "study", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -256,7 +280,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
-        if name in {"truth", "measure", "rays", "prices", "study", "available", "thumbnails"}:
+        if name in {*JOBS, "study", "surfaces", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -275,9 +299,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            own = {"rays": config.ray_scenes, "prices": config.price_scenes}
+            own = {
+                "rays": config.ray_scenes,
+                "prices": config.price_scenes,
+                "stability": config.stability_scenes,
+                "modes": config.mode_scenes,
+            }
             known = own.get(options.command, config.scenes)
-            if options.command in {"truth", "measure", *own} and scene not in known:
+            if options.command in JOBS and scene not in known:
                 names = ", ".join(known) or "none"
                 raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:

@@ -32,6 +32,13 @@ from harness.report.rays import (
     ray_table,
 )
 from harness.report.rays_figures import plot_ray_ratios, plot_ray_tests
+from harness.report.stability import (
+    crack_table,
+    find_crack_rows,
+    mode_table,
+    plot_cracks,
+    surface_table,
+)
 from harness.report.study import compared_sizes, find_variants, panels_of, timelines
 from harness.report.study_figures import plot_ladder_bars, plot_throughput, plot_timeline
 from harness.report.study_tables import law_table, memory_table, price_table, work_table
@@ -190,6 +197,7 @@ def write_report(results_dir: Path) -> Path:
         figures.add(f"features-{model}", plot_prices(prices, model), f"Features, {model}", "")
         for model in priced_models(prices)
     ]
+    crack_rows = find_crack_rows(measurements)
     studies = read_study(results_dir)
     variants, sizes = find_variants(measurements), compared_sizes(studies)
     study_figures = [
@@ -243,6 +251,9 @@ def write_report(results_dir: Path) -> Path:
         "prices": price_table(measurements, sizes),
         "feature_prices": price_list(prices),
         "knobs": knobs_table(measurements, pictured),
+        "cracks": crack_table(crack_rows),
+        "precisions": mode_table(measurements),
+        "surfaces": surface_table(measurements),
     }
     _write_csv(results_dir / "tables", list(tables.values()))
     environment = Environment(
@@ -273,6 +284,7 @@ def write_report(results_dir: Path) -> Path:
         packets=figures.add("packets", plot_packets(measurements, panels), "Packet sizes", ""),
         ladder=figures.add("engines", plot_ladder(rungs), "Engines", ""),
         planes=[figure for figure in planes if figure],
+        crack_figure=figures.add("cracks", plot_cracks(crack_rows), "Cracks", captions["cracks"]),
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
         feature_figures=[figure for figure in feature_figures if figure],

@@ -7,6 +7,7 @@ rule tables:
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
         rays=expand(f"{RESULTS}/rays/{{scene}}/replayed.json", scene=RAY_FILES),
         prices=expand(f"{RESULTS}/features/{{scene}}/priced.json", scene=PRICE_FILES),
+        stability=rules.stability.input,
         studies=[
             f"{RESULTS}/study/{scene}/{model}/studied.json"
             for scene, model in SETTINGS.study_panels

@@ -36,6 +36,7 @@ struct PrecisionEntry {
 
 constexpr std::array precisions{
     PrecisionEntry{"watertight", "haste::Watertight", "--fmad=false"},
+    PrecisionEntry{"fast", "haste::Fast", "--use_fast_math"},
 };
 
 /// A film is the type that a thread adds up what it contributes.

@@ -49,6 +49,7 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
                                      TraversalKind traversal) {
     KernelSpecification specification;
     specification.model = model_name(model);
+    specification.precision = name_of(schedule.precision);
     specification.features = compiled_features(host.features(), model, settings, schedule);
     specification.traversal = name_of(traversal);
     specification.stack_capacity = int(stack_capacity(model, settings, specification.features));

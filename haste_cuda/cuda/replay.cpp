@@ -57,6 +57,7 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
             std::to_string(schedule.block));
     }
     check_repeats(schedule.repeats);
+    check_replay_precision(schedule.precision);
     check_queries(queries);
     // The counter of rays may run ahead by a warp a warp.
     if (queries.size() > 0xf0000000u) throw std::invalid_argument("too many rays for one replay");
@@ -66,6 +67,7 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     ReplaySpecification specification;
     specification.any_hit = kind == QueryKind::any_hit;
     specification.traversal = name_of(schedule.traversal);
+    specification.precision = name_of(schedule.precision);
     specification.features = host.features();
     const Kernel& kernel = state_->kernels.get(specification);
     output.compile_seconds = kernel.build_seconds();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/geometry/moeller_trumbore.h"
 #include "core/geometry/surface.h"
 #include "core/geometry/triangle.h"
 

@@ -11,18 +11,8 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {
-        "truth",
-        "measure",
-        "rays",
-        "prices",
-        "study",
-        "tables",
-        "report",
-        "check",
-        "baseline",
-    }
-    wanted |= {"compare", "features", "available"}
+    wanted = {"truth", "measure", "rays", "prices", "stability", "modes", "surfaces"}
+    wanted |= {"study", "tables", "report", "check", "baseline", "compare", "features", "available"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 
