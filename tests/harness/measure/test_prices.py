@@ -146,6 +146,14 @@ def test_instructions_are_those_of_the_kernel(compiler: Any):
         count_instructions(other["cubin"])
 
 
+def test_a_ray_is_at_most_24_bytes_longer_than_the_papers():
+    """Listing 2: seven floats, a layer, two 16-bit coordinates, a bool, and what aligns it."""
+    from haste_cuda import _core
+
+    listing_2 = 7 * 4 + 4 + 2 * 2 + 4
+    assert _core.ray_bytes() <= listing_2 + 24
+
+
 def fabricated_job() -> PriceJob:
     """Prices of a scene: `all` takes twice the time, one feature what is required takes."""
     times = {"required": 1.0, "required+mirror": 1.0, "all": 2.0}
