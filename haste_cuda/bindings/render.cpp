@@ -151,9 +151,8 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                         const std::optional<std::string>& traversal, u64 packet,
                         const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
-                        const std::string& precision, u32 more_features, int block,
-                        bool count_rays, bool record_spans,
-                        u32 pass_samples) {
+                        const std::string& precision, u32 more_features, int block, bool count_rays,
+                        bool record_spans, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine, cuda_engines);
@@ -246,8 +245,7 @@ void bind_render(nb::module_& module) {
                "packet"_a = default_packet, "order"_a = "fifo",
                "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat",
                "precision"_a = "watertight", "more_features"_a = 0u, "threads"_a = 0,
-               "count_rays"_a = false,
-               "pass_samples"_a = FixedPoint::max_pass_samples,
+               "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
                "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
                "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
                "peak_queue_bytes, non_finite, launches (packets, slices of layers, or passes). "
