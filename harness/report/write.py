@@ -18,6 +18,7 @@ from harness.report.answers_figure import plot_answers
 from harness.report.answers_table import answers_table
 from harness.report.budget_table import budget_table, crossover_table
 from harness.report.eye_rays_table import eye_rays_table
+from harness.report.features import find_prices, plot_prices, price_list, priced_models
 from harness.report.figures import plot_convergence, plot_packets, plot_plane
 from harness.report.gallery import make_strip
 from harness.report.knobs_table import knobs_table
@@ -185,6 +186,11 @@ def write_report(results_dir: Path) -> Path:
             "ray-tests", plot_ray_tests(ray_rows, primitives), "Tests a ray", captions["ray_tests"]
         )
     )
+    prices = find_prices(measurements)
+    feature_figures = [
+        figures.add(f"features-{model}", plot_prices(prices, model), f"Features, {model}", "")
+        for model in priced_models(prices)
+    ]
     studies = read_study(results_dir)
     variants, sizes = find_variants(measurements), compared_sizes(studies)
     study_figures = [
@@ -236,6 +242,7 @@ def write_report(results_dir: Path) -> Path:
         "launch_work": work_table(measurements, variants, sizes),
         "queue_memory": memory_table(measurements),
         "prices": price_table(measurements, sizes),
+        "feature_prices": price_list(prices),
         "knobs": knobs_table(measurements, pictured),
         **stability_tables(measurements),
     }
@@ -271,6 +278,7 @@ def write_report(results_dir: Path) -> Path:
         **stability_parts(measurements, results_dir, figures.add, captions),
         ray_figures=[figure for figure in ray_figures if figure],
         optix=optix,
+        feature_figures=[figure for figure in feature_figures if figure],
         study_figures=[figure for figure in study_figures if figure],
         trades=[figure for figure in trades if figure],
         facts=collect_facts(provenance, jobs),
