@@ -1,0 +1,125 @@
+/* What can stand beside image A: image B, or a map of a mode's values with its scale. */
+(function (viewer) {
+  "use strict";
+
+  const { errors, colour, flip } = viewer;
+  /** Decades below the upper end that a logarithmic scale shows. */
+  const DECADES = 4;
+  /** The p-values of the p-map's darkest and brightest colour are 1 and 10^-6. */
+  const P_DECADES = 6;
+
+  const log10 = (value) => Math.log10(value);
+  const percent = (value) => `${colour.formatNumber(100 * value)} %`;
+
+  /** A logarithmic scale whose upper end an exposure of `stops` divides by 2^stops. */
+  function logarithmic(limit, stops) {
+    const high = log10(limit) - stops * log10(2);
+    return { low: high - DECADES, high };
+  }
+
+  /**
+   * Modes by name. `own`: A and B each have a map, otherwise A is an image beside the map of A
+   * against B. `values(panel, a, b)`: a map on the axis of `scale`; `value(panel, a, b, i)`: what a
+   * pixel has, for reading; `ticks(scale)`: of the colour bar.
+   */
+  const MODES = {
+    image: {
+      title: "image",
+      key: "1",
+      own: true,
+      about: "radiance, exposed and in sRGB",
+    },
+    relative: {
+      title: "relative error",
+      key: "2",
+      about: "(A − B) / √(B² + ε) of the luminance; blue: A is darker, red: A is brighter",
+      map: "signed",
+      values: (panel, a, b) => errors.map(a, (i) => errors.relative(panel, a, b, i)),
+      value: errors.relative,
+      scale: (panel, stops) => {
+        const high = panel.limits.relative * 2 ** -stops;
+        return { low: -high, high };
+      },
+      ticks: ({ high }) =>
+        [-1, -0.5, 0, 0.5, 1].map((part) => ({ at: part * high, label: percent(part * high) })),
+      format: percent,
+    },
+    squared: {
+      title: "squared error",
+      key: "3",
+      about: "mean over channels of (A − B)² / (B² + ε); its mean over an image is a relMSE",
+      map: "magnitude",
+      values: (panel, a, b) => errors.map(a, (i) => log10(errors.squared(panel, a, b, i))),
+      value: errors.squared,
+      scale: (panel, stops) => logarithmic(panel.limits.squared, stops),
+      ticks: colour.decades,
+      format: (value) => colour.formatNumber(value),
+    },
+    deviation: {
+      title: "standard deviation",
+      key: "4",
+      own: true,
+      about: "of the luminance of one sample, in units of radiance",
+      map: "magnitude",
+      values: (panel, a) => errors.map(a, (i) => log10(errors.deviation(a, i))),
+      value: (panel, a, b, i) => errors.deviation(a, i),
+      scale: (panel, stops) => logarithmic(panel.limits.deviation, stops),
+      ticks: colour.decades,
+      format: (value) => colour.formatNumber(value),
+    },
+    p: {
+      title: "p-map",
+      key: "5",
+      about: "two-sided p of equal luminances (Welch’s test); bright: A and B differ beyond noise",
+      map: "magnitude",
+      values: (panel, a, b) => errors.map(a, (i) => -log10(errors.welch(a, b, i).p)),
+      value: (panel, a, b, i) => errors.welch(a, b, i).p,
+      scale: () => ({ low: 0, high: P_DECADES }),
+      ticks: () =>
+        [0, 2, 4, 6].map((k) => ({
+          at: k,
+          label: `${k === P_DECADES ? "≤ " : ""}${colour.formatNumber(10 ** -k, 1)}`,
+        })),
+      format: (value) => colour.formatNumber(value),
+    },
+    flip: {
+      title: "FLIP",
+      key: "6",
+      about: "HDR-FLIP, 0: no visible difference, 1: the largest, over exposures pinned by the truth",
+      map: "magnitude",
+      values: (panel, a, b) => flip.hdr(a, b, panel.flip),
+      scale: () => ({ low: 0, high: 1 }),
+      ticks: () => [0, 0.25, 0.5, 0.75, 1].map((at) => ({ at, label: String(at) })),
+      format: (value) => colour.formatNumber(value),
+    },
+  };
+
+  viewer.MODES = MODES;
+
+  /** Maps that were made, by panel, mode and images: FLIP takes longer than a frame. */
+  const made = new Map();
+  const KEPT = 64;
+
+  /**
+   * What a mode shows of images a and b, in the form that painters take: a picture [values by
+   * pixel, 3 or 1 of them] and how its values become colours.
+   */
+  viewer.pictureOf = function (panel, modeName, a, b, stops) {
+    const mode = MODES[modeName];
+    if (!mode.map) {
+      return { picture: toPicture(panel, a.rgb, 3, a), gain: panel.exposure * 2 ** stops };
+    }
+    const key = [panel.key, modeName, a.name, mode.own ? "" : b.name].join("\n");
+    if (!made.has(key)) {
+      if (made.size >= KEPT) made.delete(made.keys().next().value);
+      made.set(key, toPicture(panel, mode.values(panel, a, b), 1, {}));
+    }
+    return { picture: made.get(key), map: viewer.maps[mode.map], scale: mode.scale(panel, stops) };
+  };
+
+  /** Kept on its owner, so that painters recognize what they have uploaded. */
+  function toPicture(panel, values, channels, owner) {
+    owner.picture ??= { width: panel.columns, height: panel.rows, channels, values };
+    return owner.picture;
+  }
+})(hasteViewer);
