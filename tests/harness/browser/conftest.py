@@ -55,7 +55,7 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def open_page(chromium: Browser) -> Iterator[Callable[..., Opened]]:
-    """Open a file in a window of its own: its path; `hash` and the rest as of the inner function."""
+    """Open a file in a window of its own; arguments as of the function within."""
     contexts = []
 
     def open_file(

@@ -1,0 +1,30 @@
+"""What a figure is about, told from the name of its file, for Snakemake's own report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+CATEGORIES = {
+    "trade": "What speed costs",
+    "plane": "What speed costs",
+    "convergence": "Error",
+    "spectrum": "Error",
+    "quantiles": "Error",
+    "agreement": "Agreement",
+    "answers": "Agreement",
+    "packets": "Schedules",
+    "engines": "Schedules",
+    "study": "Schedules",
+    "rays": "Rays",
+    "ray": "Rays",
+}
+
+
+def category_of(figure: str) -> str:
+    """Category of a figure by the first word of its name."""
+    return CATEGORIES.get(figure.partition("-")[0], "Figures")
+
+
+def figure_category(wildcards: Any) -> str:
+    """The same for Snakemake, which names the figure as a wildcard."""
+    return category_of(wildcards.figure)
