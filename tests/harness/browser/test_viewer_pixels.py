@@ -14,7 +14,6 @@ from viewer_page import (
     as_number,
     change,
     map_values,
-    read_cells,
     stage_pixels,
     wait_until_ready,
     write_page,
@@ -183,7 +182,7 @@ def test_flip_is_that_of_its_authors(folder: dict[str, Any], open_page: Callable
         reference, test, "HDR", applyMagma=False, parameters=pinned
     )
     values = map_values(opened.page, "flip", "haste-cpu", "truth")
-    # Theirs is in float32: filters of 21^2 weights, then powers below one, which widen small errors.
+    # Theirs is in float32: sums of 21^2 weights, then powers below one, which widen small errors.
     np.testing.assert_allclose(values, wanted.reshape(values.shape), atol=1e-4)
     assert values.max() > 0.01
     shifted, _, _ = flip_evaluator.evaluate(
