@@ -63,7 +63,7 @@ def _tables(config: Config, options: argparse.Namespace) -> int:
 def _report(config: Config, options: argparse.Namespace) -> int:
     from harness.report.write import write_report
 
-    write_report(options.results or config.results_dir)
+    write_report(options.results or config.results_dir, options.baseline)
     return 0
 
 
@@ -218,7 +218,7 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"check", "baseline"}:
+        if name in {"report", "check", "baseline"}:
             command.add_argument(
                 "--baseline",
                 type=Path,

@@ -1,0 +1,98 @@
+"""The command that makes a row of a report again."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from harness.measure.config import ROOT
+from harness.report.tables import Table
+from harness.tables.read import MODELS, scene_names
+
+FOLDER = "results/again"
+"""Where the row's run is written, apart from the run that is reported."""
+OF_RAYS = frozenset({"rays", "ray_ratios", "ray_hierarchies", "rays_skipped"})
+OF_STUDY = frozenset({"launch_laws", "launch_work", "queue_memory", "prices"})
+"""Tables of the two benchmarks that have jobs of their own; all others are of the scenes' jobs."""
+
+
+def preset_option(provenance: Mapping[str, Any]) -> list[str]:
+    """Arguments that name the settings of a run, none where they are the default."""
+    run = str(provenance["run"])
+    preset = Path("config") / f"{run}.yaml"
+    return [] if run == "quick" or not (ROOT / preset).is_file() else ["--configfile", str(preset)]
+
+
+def _flow(value: Any) -> str:
+    """A value as Snakemake's --config reads it: YAML in one line, without quotes."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_flow(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    return str(value)
+
+
+def _changes(table: str, provenance: Mapping[str, Any], scene: str, model: str) -> dict[str, Any]:
+    """Settings under which no more is rendered than a row needs."""
+    config = provenance.get("config", {})
+    asked = config.get("scenes", [])
+    asked = [asked] if isinstance(asked, str) else asked
+    known = dict(zip(scene_names(asked), asked, strict=True))
+    panels = config.get("study", {}).get("panels", {})
+    elsewhere = config.get("study", {}).get("elsewhere", {}).get("scenes", [])
+    rays = config.get("rays", {}).get("scenes", [])
+    changes: dict[str, Any] = {"results_dir": FOLDER}
+    if table not in OF_STUDY and (panels or elsewhere):
+        changes["study"] = {
+            "panels": {name: [] for name in panels},
+            "elsewhere": {"scenes": []},
+        }
+    if table in OF_RAYS:
+        changes["rays"] = {"scenes": [scene] if scene in rays else rays}
+    elif rays:
+        changes["rays"] = {"scenes": []}
+    if table in OF_STUDY:
+        changes["study"] = {
+            "panels": {
+                name: [model] if name == scene and model in models else []
+                for name, models in panels.items()
+            },
+            "elsewhere": {"scenes": [name for name in elsewhere if name == scene]},
+        }
+    if scene in known:
+        changes["scenes"] = [known[scene]]
+    elif table in OF_RAYS | OF_STUDY and asked:
+        # A run renders at least one scene.
+        changes["scenes"] = asked[:1]
+    # Every table of scenes has ratios, or ways to the picture of `path`.
+    if model in MODELS and table not in OF_RAYS:
+        changes["models"] = list(dict.fromkeys(["path", model]))
+    return changes
+
+
+def command_of(table: str, provenance: Mapping[str, Any], scene: str = "", model: str = "") -> str:
+    """A command line that renders what a row is made of, and writes its report.
+
+    Of the tracers all stay: a row says how one does beside the others in the same rounds. scene and
+    model: empty where the row is of all of them.
+    """
+    changes = _changes(table, provenance, scene, model)
+    settings = [f"{key}={_flow(value)}" for key, value in changes.items()]
+    return shlex.join(["./bench", "all", *preset_option(provenance), "--config", *settings])
+
+
+def commands_of(table: Table, provenance: Mapping[str, Any]) -> list[str]:
+    """The command of each row of a table, in the order of the page."""
+    names = set(scene_names(provenance.get("config", {}).get("scenes", [])))
+    names |= set(provenance.get("scenes", {})) | set(provenance.get("rays", {}))
+    count = sum(len(rows) for _, rows in table.groups)
+    records = table.frame.to_dict("records") if len(table.frame) == count else [{}] * count
+    headings = [heading for heading, rows in table.groups for _ in rows]
+    found = []
+    for heading, record in zip(headings, records, strict=True):
+        scene = str(record.get("scene", heading if heading in names else ""))
+        model = record.get("model")
+        found.append(command_of(table.name, provenance, scene, str(model) if model else ""))
+    return found
