@@ -33,7 +33,7 @@
       state = wanted;
       controls.show(state);
       const { panel, mode } = state;
-      const waiting = setTimeout(() => (message.textContent = WAITING), PATIENCE);
+      const waiting = setTimeout(() => (message.textContent ||= WAITING), PATIENCE);
       try {
         const [a, b] = await Promise.all([panel.image(state.a), panel.image(state.b)]);
         await viewer.makeMap(panel, mode, a, b);
@@ -186,14 +186,16 @@
       showHelp: () => help.showModal(),
     };
 
+    const bringIntoView = () =>
+      find("stage").scrollIntoView({ block: "center", behavior: "instant" });
+
     /** Go where the address says; true if it says so. */
     function follow() {
       const found = link.parse(location.hash, panels, catalogue);
       if (!found) return false;
       const usual = freshState(found.state?.panel ?? state?.panel ?? first);
       message.textContent = found.problem;
-      show(clampView({ ...usual, ...(found.state ?? state ?? {}) }));
-      find("stage").scrollIntoView({ block: "center" });
+      show(clampView({ ...usual, ...(found.state ?? state ?? {}) })).then(bringIntoView);
       return true;
     }
 
@@ -210,7 +212,7 @@
     });
     if (!follow()) show(freshState(first));
     // What follows the viewer in the page is not there yet, and moves it.
-    else window.addEventListener("load", () => find("stage").scrollIntoView({ block: "center" }));
+    else window.addEventListener("load", bringIntoView);
     return app;
   }
 

@@ -57,6 +57,20 @@ def folder(
     return {"results": results, "page": page, "inline": inline, "images": out / "images"}
 
 
+@pytest.fixture
+def show(folder: dict[str, Any], open_page: Callable[..., Any]) -> Callable[..., Any]:
+    """Open the page at a link in a small window, and wait for its picture."""
+
+    def show_link(
+        link: str = "", *, kind: str = "page", script: str = WITHOUT_WEBGL, width: int = 480
+    ) -> Any:
+        opened = open_page(folder[kind], hash=link, script=script, width=width, height=320)
+        wait_until_ready(opened.page)
+        return opened
+
+    return show_link
+
+
 def half(folder: dict[str, Any], model: str, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Mean [h, w, 3] and sigma [h, w] of an EXR file, rounded to half floats."""
     path = folder["images"] / "cornell-box" / model / f"{name}.exr"
@@ -85,12 +99,9 @@ def read_all_pixels(page: Any) -> list[dict[str, str]]:
 
 @pytest.mark.parametrize("kind", ["page", "inline"])
 def test_the_read_out_is_the_exr_rounded_to_half(
-    folder: dict[str, Any], open_page: Callable[..., Any], kind: str
+    folder: dict[str, Any], show: Callable[..., Any], kind: str
 ):
-    opened = open_page(
-        folder[kind], hash="#view=cornell-box/path/embree", width=420, script=WITHOUT_WEBGL
-    )
-    wait_until_ready(opened.page)
+    opened = show("#view=cornell-box/path/embree", kind=kind)
     texts = read_all_pixels(opened.page)
     for letter, name in (("a", "embree"), ("b", "truth")):
         mean, sigma = half(folder, "path", name)
@@ -135,10 +146,9 @@ def expected(folder: dict[str, Any], model: str, a: str, b: str) -> dict[str, np
 @pytest.mark.parametrize("model", ["path", "whitted"])
 @pytest.mark.parametrize(("a", "b"), [("haste-cpu", "truth"), ("embree", "haste-cpu")])
 def test_errors_are_those_of_numpy(
-    folder: dict[str, Any], open_page: Callable[..., Any], model: str, a: str, b: str
+    folder: dict[str, Any], show: Callable[..., Any], model: str, a: str, b: str
 ):
-    opened = open_page(folder["page"], hash=f"#view=cornell-box/{model}/{a}", script=WITHOUT_WEBGL)
-    wait_until_ready(opened.page)
+    opened = show(f"#view=cornell-box/{model}/{a}")
     for mode, wanted in expected(folder, model, a, b).items():
         values = map_values(opened.page, mode, a, b)
         # Student's tail is good to 1e-12, and everything is rounded to single precision once.
@@ -153,12 +163,9 @@ def test_errors_are_those_of_numpy(
             assert not np.allclose(values, swapped, rtol=1e-4, equal_nan=True), message
 
 
-def test_half_floats_alone_are_no_evidence(folder: dict[str, Any], open_page: Callable[..., Any]):
+def test_half_floats_alone_are_no_evidence(folder: dict[str, Any], show: Callable[..., Any]):
     """Where there is no noise, images that differ by a rounding have p = 1, not p = 0."""
-    opened = open_page(
-        folder["page"], hash="#view=cornell-box/whitted/embree", script=WITHOUT_WEBGL
-    )
-    wait_until_ready(opened.page)
+    opened = show("#view=cornell-box/whitted/embree")
     mean, sigma = half(folder, "whitted", "embree")
     quiet = (sigma == 0) & (mean.max(axis=-1) > 0)
     assert quiet.sum() > 20
@@ -167,9 +174,8 @@ def test_half_floats_alone_are_no_evidence(folder: dict[str, Any], open_page: Ca
     assert np.isinf(map_values(opened.page, "p", "haste-cpu", "truth")[quiet]).all()
 
 
-def test_flip_is_that_of_its_authors(folder: dict[str, Any], open_page: Callable[..., Any]):
-    opened = open_page(folder["page"], hash="#view=cornell-box/path/haste-cpu&mode=flip")
-    wait_until_ready(opened.page)
+def test_flip_is_that_of_its_authors(folder: dict[str, Any], show: Callable[..., Any]):
+    opened = show("#view=cornell-box/path/haste-cpu&mode=flip")
     panel = make_panel(read_jobs(folder["results"])[0], "path")
     assert panel is not None
     pinned = {
@@ -193,9 +199,8 @@ def test_flip_is_that_of_its_authors(folder: dict[str, Any], open_page: Callable
     assert np.abs(values - shifted.reshape(values.shape)).max() > 1e-3
 
 
-def test_ldr_flip_is_that_of_its_authors(folder: dict[str, Any], open_page: Callable[..., Any]):
-    opened = open_page(folder["page"])
-    wait_until_ready(opened.page)
+def test_ldr_flip_is_that_of_its_authors(show: Callable[..., Any]):
+    opened = show()
     random = np.random.default_rng(5)
     reference = random.uniform(size=(20, 31, 3)).astype(np.float32)
     reference[5:12, 8:20] = [0.1, 0.6, 0.2]
@@ -227,11 +232,10 @@ def centres(frame: tuple[float, float, float], columns: int, rows: int) -> tuple
 
 @pytest.mark.parametrize("script", [WITH_SOFTWARE_WEBGL, WITHOUT_WEBGL], ids=["WebGL", "canvas"])
 def test_the_stage_shows_what_the_report_shows(
-    folder: dict[str, Any], open_page: Callable[..., Any], script: str
+    folder: dict[str, Any], show: Callable[..., Any], script: str
 ):
     link = "#view=cornell-box/path/haste-cpu&layout=flip&exposure=1"
-    opened = open_page(folder["page"], hash=link, script=script)
-    wait_until_ready(opened.page)
+    opened = show(link, script=script)
     panel = make_panel(read_jobs(folder["results"])[0], "path")
     assert panel is not None
     height, width = stage_pixels(opened.page).shape[:2]
@@ -251,12 +255,12 @@ def test_the_stage_shows_what_the_report_shows(
     assert np.abs(shown - colour_errors(relative, panel.limits.relative)).max() <= 2
 
 
-def test_both_painters_paint_the_same(folder: dict[str, Any], open_page: Callable[..., Any]):
+@pytest.mark.parametrize("width", [400, 700], ids=["stacked", "side by side"])
+def test_both_painters_paint_the_same(show: Callable[..., Any], width: int):
     link = "#view=cornell-box/path/embree&x=7.3&y=9.1&zoom=1.7&exposure=0.5"
     pages = []
     for script, name in ((WITH_SOFTWARE_WEBGL, "WebGL"), (WITHOUT_WEBGL, "canvas")):
-        opened = open_page(folder["page"], hash=link, script=script)
-        wait_until_ready(opened.page)
+        opened = show(link, script=script, width=width)
         assert opened.page.evaluate("hasteViewer.app.stage.painter") == name
         pages.append(opened.page)
     for mode in MODES:
@@ -275,19 +279,16 @@ def test_both_painters_paint_the_same(folder: dict[str, Any], open_page: Callabl
 
 
 @pytest.mark.parametrize("script", [WITH_SOFTWARE_WEBGL, WITHOUT_WEBGL], ids=["WebGL", "canvas"])
-@pytest.mark.parametrize("mode", MODES)
-def test_what_is_no_number_is_magenta(
-    folder: dict[str, Any], open_page: Callable[..., Any], script: str, mode: str
-):
-    link = f"#view=cornell-box/path/embree&mode={mode}&layout=flip&x=9.5&y=7.5&zoom=16"
-    opened = open_page(folder["page"], hash=link, script=script)
-    wait_until_ready(opened.page)
-    change(opened.page, {"shown": 0 if mode in {"image", "deviation"} else 1})
-    pixels = stage_pixels(opened.page)
-    height, width = pixels.shape[:2]
-    middle = pixels[height // 2, width // 2].tolist()
-    # A p-value is known where a number is not: it is 0, as in the tile test.
-    assert (middle == [255, 0, 255, 255]) == (mode != "p"), (mode, middle)
-    change(opened.page, {"x": 4.5})
-    elsewhere = stage_pixels(opened.page)[height // 2, width // 2].tolist()
-    assert elsewhere != [255, 0, 255, 255]
+def test_what_is_no_number_is_magenta(show: Callable[..., Any], script: str):
+    opened = show("#view=cornell-box/path/embree&layout=flip&zoom=16", script=script)
+
+    def middle(mode: str, x: float) -> list[int]:
+        shown = 0 if mode in {"image", "deviation"} else 1
+        change(opened.page, {"mode": mode, "shown": shown, "x": x, "y": 7.5})
+        pixels = stage_pixels(opened.page)
+        return pixels[pixels.shape[0] // 2, pixels.shape[1] // 2].tolist()
+
+    for mode in MODES:
+        # A p-value is known where a number is not: it is 0, as in the tile test.
+        assert (middle(mode, 9.5) == [255, 0, 255, 255]) == (mode != "p"), mode
+        assert middle(mode, 4.5) != [255, 0, 255, 255], mode

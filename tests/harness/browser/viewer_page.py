@@ -37,7 +37,7 @@ def write_page(context: dict[str, Any], path: Path) -> Path:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    style = (HERE.parent / "report" / "page.css").read_text()
+    style = (HERE.parent / "report" / "templates" / "page.css").read_text()
     body = environment.get_template("viewer.html.j2").render(viewer=context)
     tall = '<div style="height: 1500px"></div>'
     path.parent.mkdir(parents=True, exist_ok=True)
