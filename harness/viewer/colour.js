@@ -48,7 +48,7 @@
     return text.replaceAll("-", "−");
   }
 
-  /** Ticks of a scale of decimal logarithms: every decade, or every other one where they are many. */
+  /** Ticks of a scale of decimal logarithms: every decade, or every other one of many. */
   function decades({ low, high }) {
     const ticks = [];
     const step = high - low > 4.5 ? 2 : 1;

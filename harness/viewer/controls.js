@@ -74,7 +74,8 @@
         root.querySelector(`[name="viewer-mode"][value="${state.mode}"]`).checked = true;
         root.querySelector(`[name="viewer-layout"][value="${state.layout}"]`).checked = true;
         exposure.value = state.exposure;
-        stops.textContent = `${state.exposure > 0 ? "+" : ""}${colour.formatNumber(state.exposure)}`;
+        const sign = state.exposure > 0 ? "+" : "";
+        stops.textContent = `${sign}${colour.formatNumber(state.exposure)}`;
         split.value = state.split;
         split.closest("label").hidden = state.layout !== "split";
       },

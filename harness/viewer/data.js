@@ -1,4 +1,4 @@
-/* The panels of the report, and their images: half floats, widened when they are first asked for. */
+/* The panels of the report, and their images: half floats, widened when first asked for. */
 var hasteViewer = {};
 
 (function (viewer) {
@@ -26,7 +26,7 @@ var hasteViewer = {};
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  /** An image: rgb [3 n] interleaved and sigma [n], from low bytes and high bytes of four planes. */
+  /** An image: rgb [3 n] interleaved and sigma [n], from low and high bytes of four planes. */
   async function decode(text, about, width, height) {
     const bytes = await inflate(text);
     const pixels = width * height;
@@ -57,7 +57,7 @@ var hasteViewer = {};
       const script = document.createElement("script");
       script.src = address;
       script.onload = resolve;
-      script.onerror = () => reject(new Error(`${address} cannot be read; is the archive unpacked?`));
+      script.onerror = () => reject(new Error(`${address} cannot be read: is all unpacked?`));
       document.head.append(script);
     });
   }

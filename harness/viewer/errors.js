@@ -4,7 +4,7 @@
 
   /** Relative difference that rounding two values to half floats may leave between equal ones. */
   const ROUNDING = 2 ** -10;
-  /** Values on each side from which Welch's degrees of freedom hold; as harness/statistics/tiles.py. */
+  /** Values on each side from which Welch's degrees of freedom hold, as in harness/statistics. */
   const WELCH_COUNT = 16;
   /** A variance below this part of the mean is the rounding of equal values. */
   const CERTAIN = 2 ** -48;

@@ -1,12 +1,12 @@
 /* FLIP, a difference as it is seen when two images alternate. Andersson et al. 2020, FLIP: A
-   Difference Evaluator for Alternating Images, and 2021, Visualizing Errors in Rendered High Dynamic
-   Range Images; constants as there. Images are arrays of three planes. */
+   Difference Evaluator for Alternating Images, and 2021, Visualizing Errors in Rendered High
+   Dynamic Range Images; constants as there. Images are arrays of three planes. */
 (function (viewer) {
   "use strict";
 
   /** Pixels a degree: 0.7 m from a monitor of 3840 pixels on 0.7 m. */
   const PIXELS_PER_DEGREE = (0.7 * 3840 * Math.PI) / (0.7 * 180);
-  /** Contrast sensitivity by channel of YCxCz: pairs a, b of Gaussians a sqrt(pi / b) e^(-pi^2 x^2 / b). */
+  /** Contrast sensitivity of Y, Cx, Cz: a and b of Gaussians a sqrt(pi / b) e^(-pi^2 x^2 / b). */
   const SENSITIVITY = [[[1, 0.0047]], [[1, 0.0053]], [[34.1, 0.04], [13.5, 0.025]]];
   const WIDEST = 0.04;
   const COLOUR_EXPONENT = 0.7;
@@ -37,36 +37,70 @@
     return m.map((_, i) => m.map((_, j) => cofactor(j, i) / determinant));
   }
 
-  const times = (m, v) => m.map((row) => row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
+  /** A matrix times each pixel of three planes. */
+  function transform(m, [x, y, z]) {
+    return m.map(([a, b, c]) => {
+      const result = new Float64Array(x.length);
+      for (let i = 0; i < result.length; i++) result[i] = a * x[i] + b * y[i] + c * z[i];
+      return result;
+    });
+  }
 
+  const fromWhite = TO_XYZ.map((row, c) => row.map((value) => value / WHITE[c]));
+  const toWhite = FROM_XYZ.map((row) => row.map((value, c) => value * WHITE[c]));
+
+  /** YCxCz of linear RGB. */
   function toOpponent(rgb) {
-    const [x, y, z] = times(TO_XYZ, rgb).map((value, c) => value / WHITE[c]);
-    return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
+    const [x, y, z] = transform(fromWhite, rgb);
+    for (let i = 0; i < y.length; i++) {
+      const whiteness = y[i];
+      y[i] = 116 * whiteness - 16;
+      x[i] = 500 * (x[i] - whiteness);
+      z[i] = 200 * (whiteness - z[i]);
+    }
+    return [y, x, z];
   }
 
+  /** Linear RGB of YCxCz, clipped to [0, 1]. */
   function fromOpponent([brightness, red, blue]) {
-    const y = (brightness + 16) / 116;
-    const xyz = [y + red / 500, y, y - blue / 200].map((value, c) => value * WHITE[c]);
-    return times(FROM_XYZ, xyz);
+    const xyz = [red, brightness, blue].map((plane) => new Float64Array(plane.length));
+    for (let i = 0; i < brightness.length; i++) {
+      const y = (brightness[i] + 16) / 116;
+      xyz[0][i] = y + red[i] / 500;
+      xyz[1][i] = y;
+      xyz[2][i] = y - blue[i] / 200;
+    }
+    return transform(toWhite, xyz).map((plane) =>
+      plane.map((value) => Math.min(Math.max(value, 0), 1))
+    );
   }
+
+  const bend = (t) => (t > (6 / 29) ** 3 ? Math.cbrt(t) : t / (3 * (6 / 29) ** 2) + 4 / 29);
 
   /** CIELab of linear RGB, with chroma reduced in the dark after Hunt. */
   function toHuntLab(rgb) {
-    const bend = (t) => (t > (6 / 29) ** 3 ? Math.cbrt(t) : t / (3 * (6 / 29) ** 2) + 4 / 29);
-    const [x, y, z] = times(TO_XYZ, rgb).map((value, c) => bend(value / WHITE[c]));
-    const lightness = 116 * y - 16;
-    return [lightness, 0.01 * lightness * 500 * (x - y), 0.01 * lightness * 200 * (y - z)];
+    const [x, y, z] = transform(fromWhite, rgb);
+    for (let i = 0; i < y.length; i++) {
+      const [fx, fy, fz] = [bend(x[i]), bend(y[i]), bend(z[i])];
+      const lightness = 116 * fy - 16;
+      y[i] = lightness;
+      x[i] = 0.01 * lightness * 500 * (fx - fy);
+      z[i] = 0.01 * lightness * 200 * (fy - fz);
+    }
+    return [y, x, z];
   }
 
-  /** HyAB distance (Abasi et al. 2020). */
-  const distance = (p, q) => Math.abs(p[0] - q[0]) + Math.hypot(p[1] - q[1], p[2] - q[2]);
+  /** HyAB distance (Abasi et al. 2020) of the colours of pixel i, to the power of colours. */
+  function distance(p, q, i) {
+    const chroma = Math.sqrt((p[1][i] - q[1][i]) ** 2 + (p[2][i] - q[2][i]) ** 2);
+    return (Math.abs(p[0][i] - q[0][i]) + chroma) ** COLOUR_EXPONENT;
+  }
 
-  const LARGEST_COLOUR =
-    distance(toHuntLab([0, 1, 0]), toHuntLab([0, 0, 1])) ** COLOUR_EXPONENT;
+  const [GREEN, BLUE] = [[[0], [1], [0]], [[0], [0], [1]]].map(toHuntLab);
+  const LARGEST_COLOUR = distance(GREEN, BLUE, 0);
 
-  /** Difference of two filtered colours, in [0, 1]. */
-  function colourDifference(p, q) {
-    const error = distance(p, q) ** COLOUR_EXPONENT;
+  /** A distance of colours, the larger ones compressed, in [0, 1]. */
+  function redistribute(error) {
     const knee = KNEE * LARGEST_COLOUR;
     if (error < knee) return (KNEE_VALUE / knee) * error;
     return KNEE_VALUE + ((error - knee) / (LARGEST_COLOUR - knee)) * (1 - KNEE_VALUE);
@@ -77,13 +111,15 @@
     const radius = (across.length - 1) / 2;
     const between = new Float64Array(plane.length);
     const result = new Float64Array(plane.length);
+    const row = new Float64Array(width + 2 * radius);
     for (let y = 0; y < height; y++) {
+      const line = plane.subarray(y * width, (y + 1) * width);
+      row.fill(line[0], 0, radius);
+      row.set(line, radius);
+      row.fill(line[width - 1], radius + width);
       for (let x = 0; x < width; x++) {
         let sum = 0;
-        for (let k = -radius; k <= radius; k++) {
-          const at = Math.min(Math.max(x + k, 0), width - 1);
-          sum += across[k + radius] * plane[y * width + at];
-        }
+        for (let k = 0; k < across.length; k++) sum += across[k] * row[x + k];
         between[y * width + x] = sum;
       }
     }
@@ -148,20 +184,9 @@
 
   /** What FLIP compares of an image: linear RGB in [0, 1], as three planes. */
   function perceive(planes, width, height) {
-    const pixels = width * height;
-    const opponent = planes.map(() => new Float64Array(pixels));
-    const brightness = new Float64Array(pixels);
-    for (let i = 0; i < pixels; i++) {
-      const colour = toOpponent([planes[0][i], planes[1][i], planes[2][i]]);
-      colour.forEach((value, c) => (opponent[c][i] = value));
-      brightness[i] = (colour[0] + 16) / 116;
-    }
-    const blurred = filterByEye(opponent, width, height);
-    const colours = Array.from({ length: pixels }, (_, i) =>
-      toHuntLab(
-        fromOpponent(blurred.map((plane) => plane[i])).map((v) => Math.min(Math.max(v, 0), 1))
-      )
-    );
+    const opponent = toOpponent(planes);
+    const brightness = opponent[0].map((value) => (value + 16) / 116);
+    const colours = toHuntLab(fromOpponent(filterByEye(opponent, width, height)));
     const [edges, points] = findFeatures(brightness, width, height);
     return { colours, edges, points };
   }
@@ -169,13 +194,10 @@
   /** LDR-FLIP of two images of linear RGB in [0, 1], three planes each: one value a pixel. */
   function ldr(test, reference, width, height) {
     const [a, b] = [test, reference].map((planes) => perceive(planes, width, height));
-    return Float64Array.from({ length: width * height }, (_, i) => {
-      const feature = Math.max(
-        Math.abs(a.edges[i] - b.edges[i]),
-        Math.abs(a.points[i] - b.points[i])
-      );
+    return a.edges.map((edge, i) => {
+      const feature = Math.max(Math.abs(edge - b.edges[i]), Math.abs(a.points[i] - b.points[i]));
       const weight = Math.min((feature / Math.SQRT2) ** FEATURE_EXPONENT, 1);
-      return colourDifference(a.colours[i], b.colours[i]) ** (1 - weight);
+      return redistribute(distance(a.colours, b.colours, i)) ** (1 - weight);
     });
   }
 
@@ -186,30 +208,34 @@
     return Math.min(Math.max(mapped, 0), 1);
   }
 
-  /** HDR-FLIP: the largest LDR-FLIP over `count` exposures from `start` to `stop`; NaN at NaN. */
-  function hdr(test, reference, { start, stop, count }) {
+  /** An image's three planes at an exposure: tone-mapped, what is no number black. */
+  function expose(image, factor) {
+    return [0, 1, 2].map((c) =>
+      Float64Array.from({ length: image.rgb.length / 3 }, (_, i) => {
+        const value = image.rgb[3 * i + c];
+        if (Number.isFinite(value)) return toneMap(factor * value);
+        return value === Infinity ? 1 : 0;
+      })
+    );
+  }
+
+  const hasNaN = (image, i) =>
+    [0, 1, 2].some((c) => Number.isNaN(image.rgb[3 * i + c]));
+
+  /**
+   * HDR-FLIP: the largest LDR-FLIP over `count` exposures from `start` to `stop`; NaN where an
+   * image has it. `rest` is awaited after each exposure: large images take seconds.
+   */
+  async function hdr(test, reference, { start, stop, count }, rest) {
     const { width, height } = test;
     const largest = new Float32Array(width * height);
-    const expose = (image, factor) =>
-      [0, 1, 2].map((c) =>
-        Float64Array.from({ length: largest.length }, (_, i) => {
-          const value = image.rgb[3 * i + c];
-          return Number.isNaN(value) ? 0 : Number.isFinite(value) ? toneMap(factor * value) : 1;
-        })
-      );
     for (let k = 0; k < count; k++) {
       const factor = 2 ** (start + (k * (stop - start)) / (count - 1));
       const error = ldr(expose(test, factor), expose(reference, factor), width, height);
       error.forEach((value, i) => (largest[i] = Math.max(largest[i], value)));
+      await rest();
     }
-    // What is no number has no colour; its neighbours are compared with black in its place.
-    return largest.map((value, i) =>
-      [test, reference].some((image) =>
-        [0, 1, 2].some((c) => Number.isNaN(image.rgb[3 * i + c]))
-      )
-        ? NaN
-        : value
-    );
+    return largest.map((value, i) => (hasNaN(test, i) || hasNaN(reference, i) ? NaN : value));
   }
 
   viewer.flip = { ldr, hdr };

@@ -7,8 +7,9 @@
   const GAP = 6;
 
   /**
-   * Panes of a stage of device pixels: `frame`, in which the view is centred, `clip`, the part of it
-   * that is seen, and `side`, 0 for A and 1 for B or the map. Rectangles: left, top, width, height.
+   * Panes of a stage of device pixels: `frame`, in which the view is centred, `clip`, the part
+   * of it that is seen, and `side`, 0 for A and 1 for B or the map. Rectangles: left, top, width,
+   * height.
    */
   function panesOf(state, width, height, ratio) {
     const whole = { left: 0, top: 0, width, height };

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from harness.viewer.panels import Moments
 
 LARGEST = float(np.finfo(np.float16).max)
-DIMMEST = 2.0**-8
-"""An image whose largest value is below it is scaled, or most of it would be subnormal."""
+DIMMEST = 2.0**-6
+"""An image whose largest value is below it is scaled, or a hundredth of it would be subnormal."""
 
 
 def exponent_of(moments: Moments) -> int:

@@ -1,5 +1,5 @@
-/* A view as a link, and back: #view=scene/model/tracer&mode=relative&x=12&y=30&zoom=4. Lengths are in
-   pixels of the images as the tracers made them, so that links hold in every copy of the report. */
+/* A view as a link, and back: #view=scene/model/tracer&mode=relative&x=12&y=30&zoom=4. Lengths are
+   in pixels of the images as the tracers made them: links hold in every copy of the report. */
 (function (viewer) {
   "use strict";
 
@@ -36,10 +36,10 @@
   }
 
   /**
-   * What a link says: null if it is none of a view, otherwise `state`, complete but for what it does
-   * not name, and `problem`, a sentence where it names what is not here.
+   * What a link says: null if it is none of a view, otherwise `state`, complete but for what it
+   * does not name, and `problem`, a sentence where it names what is not here.
    */
-  function parse(hash, panels, elsewhere) {
+  function parse(hash, panels, { elsewhere, full_size: archive }) {
     if (!hash.startsWith("#view=")) return null;
     const pairs = hash.slice(1).split("&").map((part) => {
       const equals = part.indexOf("=");
@@ -50,7 +50,7 @@
     const panel = panels.get(`${scene}/${model}`);
     if (!panel) {
       const known = elsewhere.some((entry) => entry.scene === scene && entry.model === model);
-      const where = known ? "is in the archive of full-size images, not in this page" : "is not here";
+      const where = known ? `is in ${archive}, not in this page` : "is not here";
       return { problem: `${scene ?? ""} in ${model ?? ""} ${where}.` };
     }
     const state = { panel, layout: "side", shown: 0, cursor: null };

@@ -5,7 +5,11 @@
   const { link } = viewer;
   /** Milliseconds after which a view that no longer changes is in the address. */
   const SETTLED = 250;
-  const MARGIN = 0.5;
+  /** Milliseconds after which somebody wonders what is going on. */
+  const PATIENCE = 150;
+  const WAITING = "The pixels are being computed …";
+  /** From a pixel's corner to its centre. */
+  const HALF = 0.5;
 
   function makeApp(root, catalogue) {
     const panels = viewer.openCatalogue(catalogue);
@@ -26,19 +30,22 @@
     /** Show a state as soon as its images are there; a later state overtakes an earlier one. */
     async function show(wanted) {
       const own = ++turn;
-      const same =
-        images && state.panel === wanted.panel && state.a === wanted.a && state.b === wanted.b;
       state = wanted;
       controls.show(state);
-      if (!same) {
-        try {
-          const [a, b] = await Promise.all([state.panel.image(state.a), state.panel.image(state.b)]);
-          if (own !== turn) return;
-          images = { a, b };
-        } catch (error) {
-          message.textContent = String(error.message);
-          return;
-        }
+      const { panel, mode } = state;
+      const waiting = setTimeout(() => (message.textContent ||= WAITING), PATIENCE);
+      try {
+        const [a, b] = await Promise.all([panel.image(state.a), panel.image(state.b)]);
+        await viewer.makeMap(panel, mode, a, b);
+        if (viewer.MODES[mode].own) await viewer.makeMap(panel, mode, b, b);
+        if (own !== turn) return;
+        images = { a, b };
+      } catch (error) {
+        if (own === turn) message.textContent = String(error.message);
+        return;
+      } finally {
+        clearTimeout(waiting);
+        if (message.textContent === WAITING) message.textContent = "";
       }
       stage.paint(state, images);
       readout.show(state, images);
@@ -107,16 +114,16 @@
         const next = cursor ? moved : from;
         const seen = stage.panes().every(({ frame }) => {
           const scale = stage.scale(frame);
-          const x = Math.abs(next.x + MARGIN - state.x / panel.block) * scale;
-          const y = Math.abs(next.y + MARGIN - state.y / panel.block) * scale;
+          const x = Math.abs(next.x + HALF - state.x / panel.block) * scale;
+          const y = Math.abs(next.y + HALF - state.y / panel.block) * scale;
           return x < frame.width / 2 && y < frame.height / 2;
         });
         app.change({ cursor: next, ...(seen ? {} : app.centreOn(next)) });
         readout.announce(state, images);
       },
       centreOn: ({ x, y }) => ({
-        x: (x + MARGIN) * state.panel.block,
-        y: (y + MARGIN) * state.panel.block,
+        x: (x + HALF) * state.panel.block,
+        y: (y + HALF) * state.panel.block,
       }),
       centre: () => state.cursor && app.change(app.centreOn(state.cursor)),
       zoomBy(factor) {
@@ -179,14 +186,16 @@
       showHelp: () => help.showModal(),
     };
 
+    const bringIntoView = () =>
+      find("stage").scrollIntoView({ block: "center", behavior: "instant" });
+
     /** Go where the address says; true if it says so. */
     function follow() {
-      const found = link.parse(location.hash, panels, catalogue.elsewhere);
+      const found = link.parse(location.hash, panels, catalogue);
       if (!found) return false;
       const usual = freshState(found.state?.panel ?? state?.panel ?? first);
       message.textContent = found.problem;
-      show(clampView({ ...usual, ...(found.state ?? state ?? {}) }));
-      root.scrollIntoView();
+      show(clampView({ ...usual, ...(found.state ?? state ?? {}) })).then(bringIntoView);
       return true;
     }
 
@@ -195,9 +204,15 @@
     const controls = viewer.makeControls(app, root);
     viewer.listenToPointer(app, stage);
     viewer.listenToKeyboard(app, root, stage);
-    new ResizeObserver(() => images && stage.paint(state, images)).observe(stage.element);
+    new ResizeObserver(() => images && stage.paint()).observe(stage.element);
     window.addEventListener("hashchange", follow);
+    // The address does not change where a link is followed twice.
+    document.addEventListener("click", ({ target }) => {
+      if (target.closest('a[href^="#view="]')?.hash === location.hash) follow();
+    });
     if (!follow()) show(freshState(first));
+    // What follows the viewer in the page is not there yet, and moves it.
+    else window.addEventListener("load", bringIntoView);
     return app;
   }
 

@@ -3,6 +3,8 @@
   "use strict";
 
   const { errors, colour, flip } = viewer;
+  /** A pause in which the page answers. */
+  const rest = () => new Promise((resolve) => setTimeout(resolve));
   /** Decades below the upper end that a logarithmic scale shows. */
   const DECADES = 4;
   /** The p-values of the p-map's darkest and brightest colour are 1 and 10^-6. */
@@ -19,8 +21,8 @@
 
   /**
    * Modes by name. `own`: A and B each have a map, otherwise A is an image beside the map of A
-   * against B. `values(panel, a, b)`: a map on the axis of `scale`; `value(panel, a, b, i)`: what a
-   * pixel has, for reading; `ticks(scale)`: of the colour bar.
+   * against B. `values(panel, a, b)`: a map on the axis of `scale`, or a promise of
+   * it; `ticks(scale)`: of the colour bar; `format`: a value as people read it.
    */
   const MODES = {
     image: {
@@ -35,7 +37,6 @@
       about: "(A − B) / √(B² + ε) of the luminance; blue: A is darker, red: A is brighter",
       map: "signed",
       values: (panel, a, b) => errors.map(a, (i) => errors.relative(panel, a, b, i)),
-      value: errors.relative,
       scale: (panel, stops) => {
         const high = panel.limits.relative * 2 ** -stops;
         return { low: -high, high };
@@ -50,7 +51,6 @@
       about: "mean over channels of (A − B)² / (B² + ε); its mean over an image is a relMSE",
       map: "magnitude",
       values: (panel, a, b) => errors.map(a, (i) => log10(errors.squared(panel, a, b, i))),
-      value: errors.squared,
       scale: (panel, stops) => logarithmic(panel.limits.squared, stops),
       ticks: colour.decades,
       format: (value) => colour.formatNumber(value),
@@ -62,7 +62,6 @@
       about: "of the luminance of one sample, in units of radiance",
       map: "magnitude",
       values: (panel, a) => errors.map(a, (i) => log10(errors.deviation(a, i))),
-      value: (panel, a, b, i) => errors.deviation(a, i),
       scale: (panel, stops) => logarithmic(panel.limits.deviation, stops),
       ticks: colour.decades,
       format: (value) => colour.formatNumber(value),
@@ -73,7 +72,6 @@
       about: "two-sided p of equal luminances (Welch’s test); bright: A and B differ beyond noise",
       map: "magnitude",
       values: (panel, a, b) => errors.map(a, (i) => -log10(errors.welch(a, b, i).p)),
-      value: (panel, a, b, i) => errors.welch(a, b, i).p,
       scale: () => ({ low: 0, high: P_DECADES }),
       ticks: () =>
         [0, 2, 4, 6].map((k) => ({
@@ -85,11 +83,15 @@
     flip: {
       title: "FLIP",
       key: "6",
-      about: "HDR-FLIP, 0: no visible difference, 1: the largest, over exposures pinned by the truth",
+      about: "HDR-FLIP, 0: no visible difference, 1: the largest; exposures pinned by the truth",
       map: "magnitude",
-      values: (panel, a, b) => flip.hdr(a, b, panel.flip),
-      scale: () => ({ low: 0, high: 1 }),
-      ticks: () => [0, 0.25, 0.5, 0.75, 1].map((at) => ({ at, label: String(at) })),
+      values: (panel, a, b) => flip.hdr(a, b, panel.flip, rest),
+      scale: (panel, stops) => ({ low: 0, high: Math.min(2 ** -stops, 1) }),
+      ticks: ({ high }) =>
+        [0, 0.25, 0.5, 0.75, 1].map((part) => {
+          const at = part * high;
+          return { at, label: colour.formatNumber(at) };
+        }),
       format: (value) => colour.formatNumber(value),
     },
   };
@@ -100,26 +102,43 @@
   const made = new Map();
   const KEPT = 64;
 
-  /**
-   * What a mode shows of images a and b, in the form that painters take: a picture [values by
-   * pixel, 3 or 1 of them] and how its values become colours.
-   */
-  viewer.pictureOf = function (panel, modeName, a, b, stops) {
-    const mode = MODES[modeName];
-    if (!mode.map) {
-      return { picture: toPicture(panel, a.rgb, 3, a), gain: panel.exposure * 2 ** stops };
-    }
-    const key = [panel.key, modeName, a.name, mode.own ? "" : b.name].join("\n");
-    if (!made.has(key)) {
-      if (made.size >= KEPT) made.delete(made.keys().next().value);
-      made.set(key, toPicture(panel, mode.values(panel, a, b), 1, {}));
-    }
-    return { picture: made.get(key), map: viewer.maps[mode.map], scale: mode.scale(panel, stops) };
+  const keyOf = (panel, mode, a, b) =>
+    [panel.key, mode, a.name, MODES[mode].own ? "" : b.name].join("\n");
+
+  /** Make what a mode shows of images a and b, where it is not there yet. */
+  viewer.makeMap = async function (panel, mode, a, b) {
+    if (!MODES[mode].map) return;
+    const key = keyOf(panel, mode, a, b);
+    // One that is being made is not begun again by every move of the mouse.
+    const entry = made.get(key) ?? begin(panel, mode, a, b);
+    // Those asked for last are the last to go.
+    made.delete(key);
+    if (made.size >= KEPT) made.delete(made.keys().next().value);
+    made.set(key, entry);
+    await entry.done;
   };
 
-  /** Kept on its owner, so that painters recognize what they have uploaded. */
-  function toPicture(panel, values, channels, owner) {
-    owner.picture ??= { width: panel.columns, height: panel.rows, channels, values };
-    return owner.picture;
+  function begin(panel, mode, a, b) {
+    const entry = { picture: null };
+    const finish = (values) => {
+      entry.picture = { width: panel.columns, height: panel.rows, channels: 1, values };
+    };
+    entry.done = Promise.resolve(MODES[mode].values(panel, a, b)).then(finish);
+    return entry;
   }
+
+  /**
+   * What a mode shows of images a and b, in the form that painters take: a picture [values by
+   * pixel, 3 or 1 of them] and how its values become colours. Maps must have been made.
+   */
+  viewer.pictureOf = function (panel, mode, a, b, stops) {
+    const { map, scale } = MODES[mode];
+    if (!map) {
+      // Kept on its image, so that painters recognize what they have uploaded.
+      a.picture ??= { width: panel.columns, height: panel.rows, channels: 3, values: a.rgb };
+      return { picture: a.picture, gain: panel.exposure * 2 ** stops };
+    }
+    const { picture } = made.get(keyOf(panel, mode, a, b));
+    return { picture, map: viewer.maps[map], scale: scale(panel, stops) };
+  };
 })(hasteViewer);

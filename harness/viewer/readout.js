@@ -5,6 +5,7 @@
   const { errors, colour, MODES } = viewer;
   /** Decimal digits that tell every half float from its neighbours. */
   const DIGITS = 5;
+  const NOWHERE = "No pixel chosen: point at one, or use the arrow keys on the pictures";
 
   const exact = (value) => colour.formatNumber(value, DIGITS, true);
 
@@ -46,7 +47,7 @@
         if (cell.textContent !== text) cell.textContent = text;
       }
       cells.get("flip").textContent = flipOf(state, images);
-      place.textContent = cursor ? placeOf(panel, cursor) : "No pixel chosen";
+      place.textContent = cursor ? placeOf(panel, cursor) : NOWHERE;
       showBar(state);
     }
 

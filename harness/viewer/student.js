@@ -17,7 +17,7 @@
     return 0.5 * Math.log(2 * Math.PI) + (x - 0.5) * Math.log(t) - t + Math.log(sum);
   }
 
-  /** Continued fraction of the incomplete beta function (DLMF 8.17.22), evaluated by Lentz's method. */
+  /** Continued fraction of the incomplete beta function (DLMF 8.17.22), by Lentz's method. */
   function betaFraction(x, a, b) {
     const tiny = 1e-300;
     const away = (value) => (Math.abs(value) < tiny ? tiny : value);
@@ -38,7 +38,7 @@
     return fraction;
   }
 
-  /** Regularized incomplete beta function I_x(a, b); `y` is 1 - x, given apart to keep its digits. */
+  /** Regularized incomplete beta function I_x(a, b); `y` is 1 - x, apart to keep its digits. */
   function incompleteBeta(x, y, a, b) {
     if (x <= 0) return 0;
     if (y <= 0) return 1;

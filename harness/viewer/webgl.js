@@ -100,6 +100,8 @@
       alpha: true,
       antialias: false,
       preserveDrawingBuffer: true,
+      // WebGL in software starts later, and is no faster, than the painter without.
+      failIfMajorPerformanceCaveat: true,
     });
     const program = gl && compile(gl);
     if (!program) return null;
