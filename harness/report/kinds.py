@@ -1,4 +1,4 @@
-"""What a figure is about, told from the name of its file, for Snakemake's own report."""
+"""Names of figures: what they are about, for Snakemake's own report, and which are published."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ CATEGORIES = {
     "packets": "Schedules",
     "engines": "Schedules",
     "study": "Schedules",
+    "speed": "Speed",
     "rays": "Rays",
     "ray": "Rays",
 }
+
+PUBLISHED_FIGURES = ("published-speed", "published-planes", "published-packets")
+"""Files of docs/images, without their ending, in the order in which they are made."""
 
 
 def category_of(figure: str) -> str:

@@ -1,6 +1,6 @@
 """The report: one page that needs nothing else, and the same with every image at full size."""
 
-from harness.report.kinds import figure_category
+from harness.report.kinds import PUBLISHED_FIGURES, figure_category
 
 
 rule report:
@@ -44,3 +44,21 @@ rule report:
         "Report of the run"
     shell:
         "{params.python:q} -m harness report --settings {input.settings:q} 2>&1 | tee -i {log:q}"
+
+
+rule published_figures:
+    input:
+        runs=sorted(map(str, Path("results/published").glob("*/measurements.csv*"))),
+        sources=module_sources("harness.report.published"),
+    output:
+        expand("docs/images/{figure}.svg", figure=PUBLISHED_FIGURES),
+    log:
+        "results/logs/published_figures.log",
+    conda:
+        "../envs/haste.yaml"
+    params:
+        python=PYTHON,
+    message:
+        "Figures of the newest published run, for the documentation"
+    shell:
+        "{params.python:q} -m harness published 2>&1 | tee -i {log:q}"
