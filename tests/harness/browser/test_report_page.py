@@ -19,7 +19,8 @@ KEYS_AT_MOST = 4000
 
 REACHABLE = """() => {
   const shown = (e) => e.checkVisibility({ visibilityProperty: true, contentVisibilityAuto: true });
-  const found = [...document.querySelectorAll('a[href], button, input, select, summary, [tabindex]')];
+  const kinds = 'a[href], button, input, select, summary, [tabindex]';
+  const found = [...document.querySelectorAll(kinds)];
   return found.filter((e) => shown(e) && e.tabIndex >= 0 && !e.disabled)
     .filter((e) => e.type !== 'radio' || e.checked).map((e) => {
       e.dataset.reach ??= String(++window.reached);
@@ -53,7 +54,8 @@ CONTRAST = """() => {
     const ratio = (Math.max(front, back) + 0.05) / (Math.min(front, back) + 0.05);
     const large = parseFloat(style.fontSize) >= 24
       || (parseFloat(style.fontSize) >= 18.66 && +style.fontWeight >= 700);
-    if (ratio < (large ? 3 : 4.5)) poor.push(`${ratio.toFixed(2)} ${walker.currentNode.data.trim()}`);
+    const text = walker.currentNode.data.trim();
+    if (ratio < (large ? 3 : 4.5)) poor.push(`${ratio.toFixed(2)} ${text}`);
   }
   return poor;
 }"""
@@ -155,7 +157,7 @@ def test_a_planted_regression_is_red_in_the_first_window_and_leads_to_its_place(
     assert parts["mode"] == "relative"
     stage = page.wait_for_selector(".viewer-stage")
     page.wait_for_function(
-        "(e) => { const b = e.getBoundingClientRect(); return b.top >= -1 && b.top < innerHeight; }",
+        "(e) => { const { top } = e.getBoundingClientRect(); return top >= -1 && top < innerHeight; }",
         arg=stage,
     )
 
