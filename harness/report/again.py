@@ -87,12 +87,13 @@ def commands_of(table: Table, provenance: Mapping[str, Any]) -> list[str]:
     """The command of each row of a table, in the order of the page."""
     names = set(scene_names(provenance.get("config", {}).get("scenes", [])))
     names |= set(provenance.get("scenes", {})) | set(provenance.get("rays", {}))
-    count = sum(len(rows) for _, rows in table.groups)
-    records = table.frame.to_dict("records") if len(table.frame) == count else [{}] * count
-    headings = [heading for heading, rows in table.groups for _ in rows]
+    rows = [(heading, row) for heading, group in table.groups for row in group]
+    one_to_one = len(table.frame) == len(rows)
+    records = table.frame.to_dict("records") if one_to_one else [{}] * len(rows)
     found = []
-    for heading, record in zip(headings, records, strict=True):
-        scene = str(record.get("scene", heading if heading in names else ""))
-        model = record.get("model")
+    for (heading, row), record in zip(rows, records, strict=True):
+        # Where the file has more rows than the page, the page names the scene of its own.
+        named = next((text for text in (heading, row[0].text) if text in names), "")
+        scene, model = str(record.get("scene", named)), record.get("model")
         found.append(command_of(table.name, provenance, scene, str(model) if model else ""))
     return found

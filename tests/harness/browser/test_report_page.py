@@ -157,7 +157,8 @@ def test_a_planted_regression_is_red_in_the_first_window_and_leads_to_its_place(
     assert parts["mode"] == "relative"
     stage = page.wait_for_selector(".viewer-stage")
     page.wait_for_function(
-        "(e) => { const { top } = e.getBoundingClientRect(); return top >= -1 && top < innerHeight; }",
+        "(e) => { const box = e.getBoundingClientRect();"
+        " return box.top >= -1 && box.top < innerHeight; }",
         arg=stage,
     )
 
