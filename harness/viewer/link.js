@@ -3,7 +3,7 @@
 (function (viewer) {
   "use strict";
 
-  const ZOOM = [0.5, 64];
+  const ZOOM = [1, 64];
   const STOPS = [-10, 10];
   const LAYOUTS = ["side", "split", "flip"];
 

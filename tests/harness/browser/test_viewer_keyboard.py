@@ -42,7 +42,7 @@ def page_file(fabricated_results: Path, tmp_path_factory: pytest.TempPathFactory
 def page(page_file: Path, open_page: Callable[..., Any]) -> Any:
     opened = open_page(
         page_file,
-        hash="#view=cornell-box/path/embree&layout=split&at=10,10",
+        hash="#view=cornell-box/path/embree&layout=split&zoom=2&at=10,10",
         width=700,
         script=WITHOUT_WEBGL,
     )
@@ -99,8 +99,8 @@ def test_every_control_has_a_name(page: Any):
         ("Shift+E", "exposure", -0.5),
         ("]", "split", 0.55),
         ("[", "split", 0.45),
-        ("+", "zoom", 2**0.5),
-        ("-", "zoom", 0.5**0.5),
+        ("+", "zoom", 2**1.5),
+        ("-", "zoom", 2**0.5),
         ("c", "x", 10.5),
         ("ArrowLeft", "cursor", {"x": 9, "y": 10}),
         ("ArrowRight", "cursor", {"x": 11, "y": 10}),
