@@ -150,6 +150,14 @@ def _sheet(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _published(config: Config, options: argparse.Namespace) -> int:
+    del config
+    from harness.report.published import write_published
+
+    print(*write_published(options.results), sep="\n")
+    return 0
+
+
 def _available(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.crew import Crew
 
@@ -180,6 +188,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "generate": (_generate, "make the files of scenes that are not committed"),
     "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
     "sheet": (_sheet, "set those pictures side by side, for the README"),
+    "published": (_published, "draw the main figures of the newest published run, for docs/"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
 
@@ -211,7 +220,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
-        if name in {"tables", "report", "check", "baseline"}:
+        if name in {"tables", "report", "check", "baseline", "published"}:
             command.add_argument(
                 "--results",
                 type=Path,

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from jinja2 import Template
 from matplotlib.figure import Figure
 
 from harness.report.style import BAND, FAINT, GRID, INK, save_svg
@@ -46,6 +47,8 @@ class FigureFiles:
     """Writer of a report's figures, which knows those that it has written."""
 
     folder: Path
+    what_to_see: str
+    """template of a caption, which takes the figure's name as Snakemake gives it"""
     names: list[str] = field(default_factory=list)
 
     def add(self, name: str, figure: Figure | None, title: str, caption: str) -> Embedded | None:
@@ -58,4 +61,6 @@ class FigureFiles:
         svg = embed(path.read_text(), name)
         label = title.replace("&", "&amp;").replace('"', "&quot;")
         svg = svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)
-        return Embedded(name, title, svg, caption)
+        wildcards = {"wildcards": {"figure": name}}
+        see = Template(self.what_to_see).render(snakemake=wildcards).strip()
+        return Embedded(name, title, svg, f"{caption} {see}".strip())

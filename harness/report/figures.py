@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,6 +18,9 @@ from harness.tables.read import tracer_order
 
 Panel = tuple[str, str]
 """Scene and model."""
+COLUMNS = 3
+MOST_PANELS = 6
+"""Panels of one figure: two rows, which a page of paper has room for."""
 
 
 def legend(figure: Figure, tracers: Iterable[str], extra: list[Line2D] | None = None) -> None:
@@ -72,15 +75,33 @@ def _converging(measurements: Measurements, scene: str, model: str) -> list[str]
     ]
 
 
-def plot_convergence(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
-    """Error against samples a pixel, one panel a model; None without convergence images."""
-    panels = [model for model in models if _converging(measurements, scene, model)]
+def converging_panels(measurements: Measurements, panels: Iterable[Panel]) -> list[Panel]:
+    """Those of which there are images at several sample counts."""
+    return [panel for panel in panels if _converging(measurements, *panel)]
+
+
+def _grid(panels: Sequence[Panel]) -> tuple[Figure, list[Axes]]:
+    """Panels in reading order, at least COLUMNS a row, with their names."""
+    figure, all_axes = make_panels(-(-len(panels) // COLUMNS), COLUMNS, 2.75)
+    for axes, panel in zip(all_axes, panels, strict=False):
+        axes.set_title(", ".join(panel))
+        axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(NullLocator())
+    for axes in all_axes[len(panels) :]:
+        axes.set_axis_off()
+    for axes in all_axes[::COLUMNS]:
+        axes.set_ylabel("relMSE (1)")
+    return figure, all_axes
+
+
+def plot_convergence(measurements: Measurements, panels: Sequence[Panel]) -> Figure | None:
+    """Error against samples a pixel, one panel a scene and model; None without panels."""
     if not panels:
         return None
     with figure_style():
-        figure, all_axes = make_panels(1, max(3, len(panels)), 3.1)
+        figure, all_axes = _grid(panels)
         seen: set[str] = set()
-        for axes, model in zip(all_axes, panels, strict=False):
+        for axes, (scene, model) in zip(all_axes, panels, strict=False):
             counts: set[int] = set()
             top = 0.0
             slopes = []
@@ -102,15 +123,9 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
             noise = measurements.find("truth_noise", scene=scene, model=model, tracer="truth")
             if noise is not None and noise.value > 0.0:
                 axes.axhline(noise.value, color=FAINT, ls=":", lw=1.2, zorder=0)
-            axes.set_yscale("log")
-            axes.yaxis.set_minor_locator(NullLocator())
             powers_of_two(axes, counts)
             _write_slopes(axes, slopes)
-            axes.set_title(model)
             axes.set_xlabel("samples a pixel")
-        for axes in all_axes[len(panels) :]:
-            axes.set_axis_off()
-        all_axes[0].set_ylabel("relMSE")
         legend(figure, seen, [guide("slope −1"), guide("noise of the truth", ":")])
     return figure
 
@@ -136,15 +151,14 @@ def _write_slopes(axes: Axes, slopes: list[tuple[str, Interval | None]]) -> None
         )
 
 
-def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
-    """Time of an image against its relMSE, one panel a model; None without convergence images."""
-    panels = [model for model in models if _converging(measurements, scene, model)]
+def plot_plane(measurements: Measurements, panels: Sequence[Panel]) -> Figure | None:
+    """Time of an image against its relMSE, one panel a scene and model; None without panels."""
     if not panels:
         return None
     with figure_style():
-        figure, all_axes = make_panels(1, max(3, len(panels)), 3.1)
+        figure, all_axes = _grid(panels)
         seen: set[str] = set()
-        for axes, model in zip(all_axes, panels, strict=False):
+        for axes, (scene, model) in zip(all_axes, panels, strict=False):
             corners = []
             for tracer in _converging(measurements, scene, model):
                 where = {"scene": scene, "model": model, "tracer": tracer}
@@ -161,20 +175,14 @@ def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Fig
                 axes.set_axis_off()
                 continue
             axes.set_xscale("log")
-            axes.set_yscale("log")
             axes.xaxis.set_minor_locator(NullLocator())
-            axes.yaxis.set_minor_locator(NullLocator())
             x_values = [x for x, _ in corners]
             narrow = max(x_values) < 1e3 * min(x_values)
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,)))
             axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.margins(0.08)
             _equal_efficiency(axes, np.array(corners))
-            axes.set_title(model)
             axes.set_xlabel("seconds an image")
-        for axes in all_axes[len(panels) :]:
-            axes.set_axis_off()
-        all_axes[0].set_ylabel("relMSE")
         legend(figure, seen, [guide("equal efficiency")])
     return figure
 

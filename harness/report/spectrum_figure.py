@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import (
+    FixedLocator,
+    FuncFormatter,
+    LogFormatterSciNotation,
+    LogLocator,
+    NullLocator,
+)
 from numpy.typing import NDArray
 
 from harness.report import numbers
@@ -152,7 +158,10 @@ def plot_spectra(found: Sequence[Spectrum]) -> Figure | None:
             axes.xaxis.set_major_locator(FixedLocator(TICKS))
             axes.xaxis.set_minor_locator(NullLocator())
             axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axes.yaxis.set_major_locator(LogLocator(numticks=5))
+            lowest, highest = axes.get_ylim()
+            steps = (1.0, 2.0, 5.0) if highest < 50.0 * lowest else (1.0,)
+            axes.yaxis.set_major_locator(LogLocator(subs=steps, numticks=6))
+            axes.yaxis.set_major_formatter(LogFormatterSciNotation(labelOnlyBase=False))
             axes.yaxis.set_minor_locator(NullLocator())
             axes.set_title(scene)
         for place, axes in enumerate(all_axes):

@@ -96,7 +96,7 @@ def image_verdict(change: Regression | None) -> Verdict:
 
 def reason_of(judgement: Judgement, change: Regression | None, answer: AnswerVerdict | None) -> str:
     """Why a tracer does not pass: what was found of the questions that it does not answer."""
-    parts = [judgement.note] if judgement.note else []
+    parts = []
     bias = judgement.bias
     if bias is not None and bias.verdict is not Verdict.PASS:
         value, ends = numbers.percent(bias.bias.value), numbers.percent_bounds(bias.bias)
@@ -111,6 +111,8 @@ def reason_of(judgement: Judgement, change: Regression | None, answer: AnswerVer
         ratio = numbers.significant(change.variance.ratio.value)
         moved = numbers.percent(change.bias.bias.value) if change.bias else numbers.MISSING
         parts.append(f"beside the baseline: mean {moved} %, variance × {ratio}")
+    if judgement.note:
+        parts.append(judgement.note)
     if answer is not None and answer.verdict is not Verdict.PASS:
         parts.append(f"{numbers.percent(answer.error.value)} % off the known radiance")
     return "; ".join(parts)
@@ -196,7 +198,8 @@ def _counts(marks: Sequence[Mark]) -> list[tuple[str, str, str, int]]:
     counts = [(sign, kind, words, kinds.count(kind)) for sign, kind, words, kinds in found]
     speeds = [mark.speed_kind for mark in marks]
     counts += [
-        (sign, one.value, one.value, speeds.count(one.value)) for one, sign in SPEED_SIGNS.items()
+        (sign, one.value, f"speed: {one.value}", speeds.count(one.value))
+        for one, sign in SPEED_SIGNS.items()
     ]
     counts.append((ABSENT, "none", "not run", sum(mark.kind == "none" for mark in marks)))
     return [one for one in counts if one[3]]
@@ -218,7 +221,7 @@ def make_strip(material: Material) -> Strip:
     alarms: list[Alarm] = []
     for job in material.jobs:
         marks = []
-        for tracer, model in [(tracer, model) for tracer in models for model in models[tracer]]:
+        for tracer, model in [(name, one) for name, own in models.items() for one in own]:
             key = (job.name, tracer, model)
             if key not in found:
                 words = f"{job.name}, {model}, {tracer}: {reasons.get(key, 'no images')}"

@@ -80,7 +80,7 @@ def write_report(results_dir: Path, baseline: Path | None = None) -> Path:
     """
     material = read_material(results_dir, baseline)
     provenance = material.provenance
-    figures = FigureFiles(results_dir / "figures")
+    figures = FigureFiles(results_dir / "figures", material.captions["figure"])
     sections, content = make_content(material, figures)
     tables = [value for value in content.values() if isinstance(value, Table)]
     again = {table.name: commands_of(table, provenance) for table in tables}

@@ -6,14 +6,18 @@ from harness.report.figure_files import FigureFiles
 from harness.report.material import Material
 from harness.report.resources_table import resources_table
 from harness.report.sections.section import Content
+from harness.report.speed_figure import plot_speed
 from harness.report.summary import warn_of_load
 from harness.report.tables import speed_table, times_table
 
 
 def speed(material: Material, figures: FigureFiles) -> Content:
     """Samples and rays a second of whole renders."""
-    del figures
+    scenes = [job.name for job in material.jobs]
     return {
+        "speeds": figures.add(
+            "speed", plot_speed(material.measurements, scenes), "Samples a second", ""
+        ),
         "speed": speed_table(material.measurements, material.jobs),
         "warning": warn_of_load(material.jobs),
     }

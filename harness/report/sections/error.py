@@ -6,27 +6,16 @@ from harness.report.figure_files import FigureFiles
 from harness.report.figures import plot_convergence
 from harness.report.material import Material
 from harness.report.quantiles_figure import plot_quantiles
-from harness.report.sections.section import Content, those
+from harness.report.sections.section import Content, in_parts
 from harness.report.spectrum_figure import find_spectra, plot_spectra, spectrum_table
 from harness.report.tables import error_table
 
 
 def convergence(material: Material, figures: FigureFiles) -> Content:
     """Error against samples a pixel, with the truth's noise as the floor."""
-    rows = material.measurements
     return {
-        "convergence": those(
-            [
-                figures.add(
-                    f"convergence-{job.name}",
-                    plot_convergence(rows, job.name, job.models),
-                    job.title,
-                    "",
-                )
-                for job in material.jobs
-            ]
-        ),
-        "errors": error_table(rows, material.pictured),
+        "convergence": in_parts(figures, "convergence", plot_convergence, material),
+        "errors": error_table(material.measurements, material.pictured),
     }
 
 

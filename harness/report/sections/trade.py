@@ -7,24 +7,20 @@ from harness.report.figure_files import FigureFiles
 from harness.report.figures import plot_plane
 from harness.report.knobs_table import knobs_table
 from harness.report.material import Material
-from harness.report.sections.section import Content, those
+from harness.report.sections.section import Content, in_parts, those
 from harness.report.trade_figure import plot_trade
 
 
 def trade(material: Material, figures: FigureFiles) -> Content | None:
     """Time against error, by scene: all ways to the picture of `path`."""
-    rows = material.measurements
-    trades = [
-        figures.add(f"trade-{job.name}", plot_trade(rows, job), job.title, "")
-        for job in material.pictured
-    ]
-    planes = [
-        figures.add(f"plane-{job.name}", plot_plane(rows, job.name, job.models), job.title, "")
-        for job in material.jobs
-    ]
-    if not those(trades) and not those(planes):
-        return None
-    return {"trades": those(trades), "planes": those(planes)}
+    trades = those(
+        [
+            figures.add(f"trade-{job.name}", plot_trade(material.measurements, job), job.title, "")
+            for job in material.pictured
+        ]
+    )
+    planes = in_parts(figures, "plane", plot_plane, material)
+    return {"trades": trades, "planes": planes} if trades or planes else None
 
 
 def budget(material: Material, figures: FigureFiles) -> Content | None:

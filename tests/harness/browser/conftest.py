@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
+from planted_page import plant
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, sync_playwright
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -55,7 +57,7 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def open_page(chromium: Browser) -> Iterator[Callable[..., Opened]]:
-    """Open a file in a window of its own: its path; `hash` and the rest as of the inner function."""
+    """Open a file in a window of its own; arguments as of the function within."""
     contexts = []
 
     def open_file(
@@ -84,3 +86,20 @@ def open_page(chromium: Browser) -> Iterator[Callable[..., Opened]]:
     yield open_file
     for context in contexts:
         context.close()
+
+
+@pytest.fixture(scope="session")
+def page_file(fabricated_results: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """report.html of fabricated results with two planted errors, for reading only."""
+    folder = tmp_path_factory.mktemp("planted") / "results"
+    shutil.copytree(fabricated_results, folder)
+    return plant(folder)
+
+
+@pytest.fixture(scope="session")
+def unpacked(page_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that report.zip unpacks into."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    with zipfile.ZipFile(page_file.parent / "report.zip") as archive:
+        archive.extractall(folder)
+    return folder / "haste-report"
