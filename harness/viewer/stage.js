@@ -58,10 +58,10 @@
     }
 
     function shadeOf(side) {
-      const { panel, mode, exposure } = state;
+      const { panel, mode } = state;
       const { a, b } = images;
-      if (MODES[mode].own) return viewer.pictureOf(panel, mode, side ? b : a, a, exposure);
-      return viewer.pictureOf(panel, side ? mode : "image", a, b, side ? exposure : 0);
+      if (MODES[mode].own) return viewer.pictureOf(panel, mode, side ? b : a, a, state);
+      return viewer.pictureOf(panel, side ? mode : "image", a, b, state);
     }
 
     /** Show a state and its two images. */
