@@ -23,12 +23,19 @@
     ]);
   }
 
+  /** Set a slider, and the number beside it. */
+  function setStops(slider, stops) {
+    slider.value = stops;
+    const sign = stops > 0 ? "+" : "";
+    slider.labels[0].querySelector("output").textContent = `${sign}${colour.formatNumber(stops)}`;
+  }
+
   viewer.makeControls = function (app, root) {
     const find = (name) => root.querySelector(`[name="viewer-${name}"]`);
     const [scene, model, a, b] = ["scene", "model", "a", "b"].map(find);
-    const [exposure, split] = [find("exposure"), find("split")];
-    const stops = root.querySelector(".viewer-stops");
+    const [exposure, finer, split] = ["exposure", "finer", "split"].map(find);
     const modes = root.querySelector(".viewer-modes");
+    const caption = root.querySelector(".viewer-caption");
 
     for (const [name, { title, about }] of Object.entries(MODES)) {
       const label = document.createElement("label");
@@ -44,6 +51,7 @@
     a.addEventListener("change", () => app.change({ a: a.value }));
     b.addEventListener("change", () => app.change({ b: b.value }));
     exposure.addEventListener("input", () => app.expose(Number(exposure.value)));
+    finer.addEventListener("input", () => app.refine(Number(finer.value)));
     split.addEventListener("input", () => app.change({ split: Number(split.value) }));
     root.addEventListener("change", ({ target }) => {
       if (target.name === "viewer-mode") app.change({ mode: target.value });
@@ -73,9 +81,11 @@
         fill(b, imageEntries(panel), state.b);
         root.querySelector(`[name="viewer-mode"][value="${state.mode}"]`).checked = true;
         root.querySelector(`[name="viewer-layout"][value="${state.layout}"]`).checked = true;
-        exposure.value = state.exposure;
-        const sign = state.exposure > 0 ? "+" : "";
-        stops.textContent = `${sign}${colour.formatNumber(state.exposure)}`;
+        setStops(exposure, state.exposure);
+        setStops(finer, state.finer);
+        const { map, fixed } = MODES[state.mode];
+        finer.closest("label").hidden = !map || fixed;
+        caption.textContent = `${panel.title}, ${panel.model}`;
         split.value = state.split;
         split.closest("label").hidden = state.layout !== "split";
       },

@@ -27,14 +27,16 @@
     ["-", "zoom out", (app) => app.zoomBy(1 / ZOOM_STEP)],
     ["0", "whole image", (app) => app.fit()],
     ["c", "centre the view on the cursor", (app) => app.centre()],
-    ["e", "half a stop brighter, or a finer scale (Shift: darker)", (app, back) =>
+    ["e", "images half a stop brighter (Shift: darker)", (app, back) =>
       app.expose(app.state.exposure + (back ? -STOPS_STEP : STOPS_STEP))],
-    ["r", "exposure of 0 stops", (app) => app.expose(0)],
+    ["s", "scale of a map half a stop finer (Shift: coarser)", (app, back) =>
+      app.refine(app.state.finer + (back ? -STOPS_STEP : STOPS_STEP))],
+    ["r", "exposure and scale of 0 stops", (app) => app.change({ exposure: 0, finer: 0 })],
     ["l", "copy a link to this view", (app) => app.copyLink()],
     ["?", "this list", (app) => app.showHelp()],
   ];
 
-  const SHIFTED = new Set(["n", "m", "a", "b", "e"]);
+  const SHIFTED = new Set(["n", "m", "a", "b", "e", "s"]);
   const ALIASES = { "=": "+", "–": "-", "−": "-" };
 
   viewer.listenToKeyboard = function (app, root, stage) {

@@ -3,7 +3,7 @@
 (function (viewer) {
   "use strict";
 
-  const ZOOM = [0.5, 64];
+  const ZOOM = [1, 64];
   const STOPS = [-10, 10];
   const LAYOUTS = ["side", "split", "flip"];
 
@@ -18,6 +18,7 @@
     if (state.b !== "truth") parts.push(`b=${encodeURIComponent(state.b)}`);
     parts.push(`x=${short(state.x)}`, `y=${short(state.y)}`, `zoom=${short(state.zoom)}`);
     parts.push(`exposure=${short(state.exposure)}`);
+    if (state.finer) parts.push(`finer=${short(state.finer)}`);
     if (state.layout !== "side") parts.push(`layout=${state.layout}`);
     if (state.layout === "split") parts.push(`split=${short(state.split)}`);
     if (state.layout === "flip") parts.push(`shown=${state.shown ? "b" : "a"}`);
@@ -69,6 +70,7 @@
     state.y = number("y", panel.height / 2, [0, panel.height]);
     state.zoom = number("zoom", 1, ZOOM);
     state.exposure = number("exposure", 0, STOPS);
+    state.finer = number("finer", 0, STOPS);
     state.split = number("split", 0.5, [0, 1]);
     if (LAYOUTS.includes(given.layout)) state.layout = given.layout;
     else if (given.split) state.layout = "split";

@@ -76,6 +76,7 @@
         y: panel.height / 2,
         zoom: 1,
         exposure: 0,
+        finer: 0,
         layout: "side",
         split: 0.5,
         shown: 0,
@@ -135,6 +136,7 @@
         app.change({ zoom: 1, x: panel.width / 2, y: panel.height / 2 });
       },
       expose: (stops) => app.change({ exposure: link.clamp(stops, link.STOPS) }),
+      refine: (stops) => app.change({ finer: link.clamp(stops, link.STOPS) }),
       moveDivider(by) {
         app.change({ layout: "split", split: link.clamp(state.split + by, [0, 1]) });
       },

@@ -13,16 +13,17 @@
   const log10 = (value) => Math.log10(value);
   const percent = (value) => `${colour.formatNumber(100 * value)} %`;
 
-  /** A logarithmic scale whose upper end an exposure of `stops` divides by 2^stops. */
-  function logarithmic(limit, stops) {
-    const high = log10(limit) - stops * log10(2);
+  /** A logarithmic scale whose upper end is `finer` stops below its limit. */
+  function logarithmic(limit, finer) {
+    const high = log10(limit) - finer * log10(2);
     return { low: high - DECADES, high };
   }
 
   /**
    * Modes by name. `own`: A and B each have a map, otherwise A is an image beside the map of A
    * against B. `values(panel, a, b)`: a map on the axis of `scale`, or a promise of
-   * it; `ticks(scale)`: of the colour bar; `format`: a value as people read it.
+   * it; `scale(panel, finer)`: its ends, which are divided by 2^finer unless `fixed`;
+   * `ticks(scale)`: of the colour bar; `format`: a value as people read it.
    */
   const MODES = {
     image: {
@@ -37,8 +38,8 @@
       about: "(A − B) / √(B² + ε) of the luminance; blue: A is darker, red: A is brighter",
       map: "signed",
       values: (panel, a, b) => errors.map(a, (i) => errors.relative(panel, a, b, i)),
-      scale: (panel, stops) => {
-        const high = panel.limits.relative * 2 ** -stops;
+      scale: (panel, finer) => {
+        const high = panel.limits.relative * 2 ** -finer;
         return { low: -high, high };
       },
       ticks: ({ high }) =>
@@ -51,7 +52,7 @@
       about: "mean over channels of (A − B)² / (B² + ε); its mean over an image is a relMSE",
       map: "magnitude",
       values: (panel, a, b) => errors.map(a, (i) => log10(errors.squared(panel, a, b, i))),
-      scale: (panel, stops) => logarithmic(panel.limits.squared, stops),
+      scale: (panel, finer) => logarithmic(panel.limits.squared, finer),
       ticks: colour.decades,
       format: (value) => colour.formatNumber(value),
     },
@@ -62,7 +63,7 @@
       about: "of the luminance of one sample, in units of radiance",
       map: "magnitude",
       values: (panel, a) => errors.map(a, (i) => log10(errors.deviation(a, i))),
-      scale: (panel, stops) => logarithmic(panel.limits.deviation, stops),
+      scale: (panel, finer) => logarithmic(panel.limits.deviation, finer),
       ticks: colour.decades,
       format: (value) => colour.formatNumber(value),
     },
@@ -72,6 +73,7 @@
       about: "two-sided p of equal luminances (Welch’s test); bright: A and B differ beyond noise",
       map: "magnitude",
       values: (panel, a, b) => errors.map(a, (i) => -log10(errors.welch(a, b, i).p)),
+      fixed: true,
       scale: () => ({ low: 0, high: P_DECADES }),
       ticks: () =>
         [0, 2, 4, 6].map((k) => ({
@@ -86,7 +88,7 @@
       about: "HDR-FLIP, 0: no visible difference, 1: the largest; exposures pinned by the truth",
       map: "magnitude",
       values: (panel, a, b) => flip.hdr(a, b, panel.flip, rest),
-      scale: (panel, stops) => ({ low: 0, high: Math.min(2 ** -stops, 1) }),
+      scale: (panel, finer) => ({ low: 0, high: Math.min(2 ** -finer, 1) }),
       ticks: ({ high }) =>
         [0, 0.25, 0.5, 0.75, 1].map((part) => {
           const at = part * high;
@@ -129,16 +131,17 @@
 
   /**
    * What a mode shows of images a and b, in the form that painters take: a picture [values by
-   * pixel, 3 or 1 of them] and how its values become colours. Maps must have been made.
+   * pixel, 3 or 1 of them] and how its values become colours, by a state's `exposure` and `finer`.
+   * Maps must have been made.
    */
-  viewer.pictureOf = function (panel, mode, a, b, stops) {
+  viewer.pictureOf = function (panel, mode, a, b, { exposure, finer }) {
     const { map, scale } = MODES[mode];
     if (!map) {
       // Kept on its image, so that painters recognize what they have uploaded.
       a.picture ??= { width: panel.columns, height: panel.rows, channels: 3, values: a.rgb };
-      return { picture: a.picture, gain: panel.exposure * 2 ** stops };
+      return { picture: a.picture, gain: panel.exposure * 2 ** exposure };
     }
     const { picture } = made.get(keyOf(panel, mode, a, b));
-    return { picture, map: viewer.maps[map], scale: scale(panel, stops) };
+    return { picture, map: viewer.maps[map], scale: scale(panel, finer) };
   };
 })(hasteViewer);

@@ -52,9 +52,10 @@
     }
 
     /** FLIP needs the whole image: it is known where the mode shows it. */
-    function flipOf({ panel, mode, exposure, cursor }, { a, b }) {
+    function flipOf(state, { a, b }) {
+      const { panel, mode, cursor } = state;
       if (mode !== "flip" || !cursor) return "";
-      const { values } = viewer.pictureOf(panel, mode, a, b, exposure).picture;
+      const { values } = viewer.pictureOf(panel, mode, a, b, state).picture;
       return colour.formatNumber(values[cursor.y * panel.columns + cursor.x]);
     }
 
@@ -85,7 +86,7 @@
       ticks.replaceChildren();
       if (!mode.map) return;
       paintStrip(strip, viewer.maps[mode.map]);
-      const scale = mode.scale(state.panel, state.exposure);
+      const scale = mode.scale(state.panel, state.finer);
       for (const { at, label } of mode.ticks(scale)) {
         const tick = document.createElement("span");
         const part = (at - scale.low) / (scale.high - scale.low);

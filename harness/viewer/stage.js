@@ -58,10 +58,10 @@
     }
 
     function shadeOf(side) {
-      const { panel, mode, exposure } = state;
+      const { panel, mode } = state;
       const { a, b } = images;
-      if (MODES[mode].own) return viewer.pictureOf(panel, mode, side ? b : a, a, exposure);
-      return viewer.pictureOf(panel, side ? mode : "image", a, b, side ? exposure : 0);
+      if (MODES[mode].own) return viewer.pictureOf(panel, mode, side ? b : a, a, state);
+      return viewer.pictureOf(panel, side ? mode : "image", a, b, state);
     }
 
     /** Show a state and its two images. */
@@ -90,10 +90,12 @@
         const { clip } = pane;
         label.textContent = nameOf(state, pane.side);
         const right = state.layout === "split" && index === 1;
-        label.style.top = `${clip.top / ratio()}px`;
-        label.style.left = right ? "auto" : `${clip.left / ratio()}px`;
+        // In parts of the stage, which is narrower on paper.
+        const { width, height } = painter.canvas;
+        label.style.top = `${(100 * clip.top) / height}%`;
+        label.style.left = right ? "auto" : `${(100 * clip.left) / width}%`;
         label.style.right = right ? "0" : "auto";
-        label.style.maxWidth = `${clip.width / ratio()}px`;
+        label.style.maxWidth = `${(100 * clip.width) / width}%`;
       });
     }
 

@@ -42,7 +42,7 @@ def page_file(fabricated_results: Path, tmp_path_factory: pytest.TempPathFactory
 def page(page_file: Path, open_page: Callable[..., Any]) -> Any:
     opened = open_page(
         page_file,
-        hash="#view=cornell-box/path/embree&layout=split&at=10,10",
+        hash="#view=cornell-box/path/embree&mode=relative&layout=split&zoom=2&at=10,10",
         width=700,
         script=WITHOUT_WEBGL,
     )
@@ -85,7 +85,7 @@ def test_every_control_has_a_name(page: Any):
 @pytest.mark.parametrize(
     ("key", "name", "wanted"),
     [
-        ("2", "mode", "relative"),
+        ("1", "mode", "image"),
         ("3", "mode", "squared"),
         ("4", "mode", "deviation"),
         ("5", "mode", "p"),
@@ -97,10 +97,12 @@ def test_every_control_has_a_name(page: Any):
         ("b", "b", "haste-cpu"),
         ("e", "exposure", 0.5),
         ("Shift+E", "exposure", -0.5),
+        ("s", "finer", 0.5),
+        ("Shift+S", "finer", -0.5),
         ("]", "split", 0.55),
         ("[", "split", 0.45),
-        ("+", "zoom", 2**0.5),
-        ("-", "zoom", 0.5**0.5),
+        ("+", "zoom", 2**1.5),
+        ("-", "zoom", 2**0.5),
         ("c", "x", 10.5),
         ("ArrowLeft", "cursor", {"x": 9, "y": 10}),
         ("ArrowRight", "cursor", {"x": 11, "y": 10}),
@@ -159,7 +161,7 @@ def test_the_list_of_keys_opens_and_closes_and_gives_the_focus_back(page: Any):
     for key in ("n", "m", "a", "b", "1", "6", "v", "f", "[", "]", "+", "-", "0", "c", "e", "l"):
         assert key in listed, (key, listed)
     page.keyboard.press("3")
-    assert value(page, "mode") == "image", "keys must rest while the list is read"
+    assert value(page, "mode") == "relative", "keys must rest while the list is read"
     page.keyboard.press("Escape")
     assert not page.locator(".viewer-help").is_visible()
     assert page.evaluate("document.activeElement.className").startswith("viewer-stage")
@@ -168,17 +170,18 @@ def test_the_list_of_keys_opens_and_closes_and_gives_the_focus_back(page: Any):
 def test_keys_do_nothing_outside_of_the_viewer_and_in_its_choices(page: Any):
     page.locator("#before").focus()
     page.keyboard.press("3")
-    assert value(page, "mode") == "image"
+    assert value(page, "mode") == "relative"
     page.locator("[name=viewer-scene]").focus()
     page.keyboard.press("3")
-    assert value(page, "mode") == "image"
+    assert value(page, "mode") == "relative"
     page.locator(".viewer-stage").focus()
     page.keyboard.press("Control+3")
-    assert value(page, "mode") == "image"
+    assert value(page, "mode") == "relative"
 
 
 def test_a_link_is_copied_into_the_address(page: Any):
     page.locator(".viewer-stage").focus()
+    page.keyboard.press("3")
     page.keyboard.press("2")
     page.keyboard.press("l")
     page.wait_for_function("document.querySelector('.viewer-message').textContent !== ''")

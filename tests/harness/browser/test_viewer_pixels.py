@@ -253,6 +253,10 @@ def test_the_stage_shows_what_the_report_shows(
     relative = expected(folder, "path", "haste-cpu", "truth")["relative"]
     # Both maps are tables: 256 colours in between are a level apart at most.
     assert np.abs(shown - colour_errors(relative, panel.limits.relative)).max() <= 2
+    change(opened.page, {"finer": 1})
+    shown = stage_pixels(opened.page)[centres(frame, SIZE, SIZE)][..., :3].astype(int)
+    assert np.abs(shown - colour_errors(relative, panel.limits.relative / 2.0)).max() <= 2
+    assert np.abs(shown - colour_errors(relative, panel.limits.relative)).max() > 2
 
 
 @pytest.mark.parametrize("width", [400, 700], ids=["stacked", "side by side"])

@@ -21,13 +21,15 @@ from harness.viewer.pack import viewer_context, write_full_size
 
 SIZE = 32
 STATE = """() => {
-  const { panel, a, b, mode, x, y, zoom, exposure, layout, split, shown, cursor } =
+  const { panel, a, b, mode, x, y, zoom, exposure, finer, layout, split, shown, cursor } =
     hasteViewer.app.state;
-  return { panel: panel.key, a, b, mode, x, y, zoom, exposure, layout, split, shown, cursor };
+  return {
+    panel: panel.key, a, b, mode, x, y, zoom, exposure, finer, layout, split, shown, cursor,
+  };
 }"""
 FULL_LINK = (
     "#view=mirror-glass/haste/embree&mode=relative&b=haste-cpu&x=20.5&y=12.25&zoom=3"
-    "&exposure=-1.5&layout=split&split=0.3&at=19,11"
+    "&exposure=-1.5&finer=2&layout=split&split=0.3&at=19,11"
 )
 
 
@@ -76,6 +78,7 @@ def test_a_link_restores_every_part_of_its_view(view: Callable[..., Any]):
         "y": 12.25,
         "zoom": 3,
         "exposure": -1.5,
+        "finer": 2,
         "layout": "split",
         "split": 0.3,
         "shown": 0,
@@ -272,6 +275,7 @@ def test_paper_shows_the_pictures_and_no_controls(view: Callable[..., Any]):
     page.emulate_media(media="print")
     assert not page.locator(".viewer-controls").is_visible()
     assert page.locator(".viewer-stage canvas").is_visible()
+    assert page.locator(".viewer-caption").inner_text() == "Cornell box, path"
 
 
 def test_dark_pages_have_a_dark_viewer(view: Callable[..., Any]):

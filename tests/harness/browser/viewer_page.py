@@ -84,7 +84,8 @@ def map_values(page: Any, mode: str, a: str, b: str) -> NDArray[np.float64]:
           const { panel } = hasteViewer.app.state;
           const [first, second] = await Promise.all([panel.image(a), panel.image(b)]);
           await hasteViewer.makeMap(panel, mode, first, second);
-          const { picture } = hasteViewer.pictureOf(panel, mode, first, second, 0);
+          const { picture } = hasteViewer.pictureOf(panel, mode, first, second,
+            hasteViewer.app.state);
           const said = (value) => (Number.isFinite(value) ? value : String(value));
           return [Array.from(picture.values, said), panel.columns];
         }""",
