@@ -78,16 +78,15 @@
     rove([...table.querySelectorAll("tbody a")], alongGrid(table));
   }
 
-  // What is wider than its place is scrolled by keys as well.
-  const reach = () => {
-    for (const box of document.querySelectorAll(".scroll, .card, nav > div")) {
-      if (box.scrollWidth > box.clientWidth + 1) box.tabIndex = 0;
-      else box.removeAttribute("tabindex");
+  // What is wider than its place is scrolled by keys as well. An observer asks for no layout of its
+  // own, which would double the time to the first view of a long page.
+  const reach = new ResizeObserver((entries) => {
+    for (const { target } of entries) {
+      if (target.scrollWidth > target.clientWidth + 1) target.tabIndex = 0;
+      else target.removeAttribute("tabindex");
     }
-  };
-  addEventListener("resize", reach);
-  document.addEventListener("toggle", reach, true);
-  reach();
+  });
+  for (const box of document.querySelectorAll(".scroll, .card, nav > div")) reach.observe(box);
 
   // A link into a closed part opens it.
   const unfold = () => {

@@ -18,7 +18,7 @@ KEYS_AT_MOST = 4000
 """Presses of the tabulator after which a page has no end."""
 
 REACHABLE = """() => {
-  const shown = (e) => e.checkVisibility({ visibilityProperty: true, contentVisibilityAuto: true });
+  const shown = (e) => e.checkVisibility({ visibilityProperty: true });
   const kinds = 'a[href], button, input, select, summary, [tabindex]';
   const found = [...document.querySelectorAll(kinds)];
   return found.filter((e) => shown(e) && e.tabIndex >= 0 && !e.disabled)
@@ -130,6 +130,21 @@ def test_every_link_resolves(page_file: Path, unpacked: Path, open_page: Callabl
             arg=[scene, model, tracer],
         )
         assert page.eval_on_selector("[name=viewer-model]", "e => e.value") == model, view
+
+
+def test_a_link_to_a_section_leads_to_its_top(page_file: Path, open_page: Callable):
+    page = open_page(page_file).page
+    wait_until_ready(page)
+    page.emulate_media(reduced_motion="reduce")
+    for link in page.query_selector_all("nav a"):
+        link.click()
+        name = link.get_attribute("href")
+        page.wait_for_function(
+            "(name) => { const { top } = document.querySelector(name).getBoundingClientRect();"
+            " const end = scrollY + innerHeight >= document.documentElement.scrollHeight - 2;"
+            " return end || (top > -1 && top < 200); }",
+            arg=name,
+        )
 
 
 @pytest.mark.parametrize("dark", [False, True])
