@@ -12,7 +12,7 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 def test_every_step_is_a_command():
     wanted = {"truth", "measure", "rays", "study", "tables", "report", "check", "baseline"}
-    wanted |= {"compare", "features", "available"}
+    wanted |= {"compare", "features", "available", "published"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 
