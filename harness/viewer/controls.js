@@ -62,6 +62,7 @@
       "zoom-in": () => app.zoomBy(Math.SQRT2),
       "zoom-out": () => app.zoomBy(Math.SQRT1_2),
       fit: () => app.fit(),
+      worst: () => app.findLargest(),
       link: () => app.copyLink(),
       help: () => app.showHelp(),
     };

@@ -27,6 +27,7 @@
     ["-", "zoom out", (app) => app.zoomBy(1 / ZOOM_STEP)],
     ["0", "whole image", (app) => app.fit()],
     ["c", "centre the view on the cursor", (app) => app.centre()],
+    ["w", "go to the worst pixel: the largest value of the map", (app) => app.findLargest()],
     ["e", "images half a stop brighter (Shift: darker)", (app, back) =>
       app.expose(app.state.exposure + (back ? -STOPS_STEP : STOPS_STEP))],
     ["s", "scale of a map half a stop finer (Shift: coarser)", (app, back) =>

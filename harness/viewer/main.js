@@ -127,6 +127,25 @@
         y: (y + HALF) * state.panel.block,
       }),
       centre: () => state.cursor && app.change(app.centreOn(state.cursor)),
+      /** Go to the pixel that is furthest from zero in the map, or in the relative error. */
+      async findLargest() {
+        const { panel, a, b } = state;
+        const mode = viewer.MODES[state.mode].map ? state.mode : "relative";
+        const [first, second] = await Promise.all([panel.image(a), panel.image(b)]);
+        await viewer.makeMap(panel, mode, first, second);
+        const { values } = viewer.pictureOf(panel, mode, first, second, state).picture;
+        const size = (value) => {
+          if (Number.isNaN(value)) return Infinity;
+          return mode === "relative" ? Math.abs(value) : value;
+        };
+        let largest = 0;
+        values.forEach((value, i) => {
+          if (size(value) > size(values[largest])) largest = i;
+        });
+        const cursor = { x: largest % panel.columns, y: Math.floor(largest / panel.columns) };
+        app.change({ cursor, ...app.centreOn(cursor) });
+        readout.announce(state, images);
+      },
       zoomBy(factor) {
         const zoom = link.clamp(state.zoom * factor, link.ZOOM);
         app.change({ zoom, ...(state.cursor && factor > 1 ? app.centreOn(state.cursor) : {}) });

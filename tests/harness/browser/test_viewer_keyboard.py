@@ -1,14 +1,31 @@
 """The viewer by keyboard alone."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from viewer_page import WITHOUT_WEBGL, wait_until_ready, write_page
+from playwright.sync_api import Browser
+from viewer_page import WITHOUT_WEBGL, change, wait_until_ready, write_page
 
 from harness.viewer.pack import viewer_context
 
+START = "#view=cornell-box/path/embree&mode=relative&layout=split&zoom=2&at=10,10"
+BEGIN = {
+    "a": "embree",
+    "b": "truth",
+    "mode": "relative",
+    "layout": "split",
+    "split": 0.5,
+    "shown": 0,
+    "exposure": 0,
+    "finer": 0,
+    "zoom": 2,
+    "x": 16,
+    "y": 16,
+    "cursor": {"x": 10, "y": 10},
+}
+"""The same as a state."""
 REACHED = """() => {
   const { activeElement } = document;
   const style = getComputedStyle(activeElement);
@@ -40,14 +57,21 @@ def page_file(fabricated_results: Path, tmp_path_factory: pytest.TempPathFactory
 
 @pytest.fixture
 def page(page_file: Path, open_page: Callable[..., Any]) -> Any:
-    opened = open_page(
-        page_file,
-        hash="#view=cornell-box/path/embree&mode=relative&layout=split&zoom=2&at=10,10",
-        width=700,
-        script=WITHOUT_WEBGL,
-    )
+    opened = open_page(page_file, hash=START, width=700, script=WITHOUT_WEBGL)
     wait_until_ready(opened.page)
     return opened.page
+
+
+@pytest.fixture(scope="module")
+def shared_page(chromium: Browser, page_file: Path) -> Iterator[Any]:
+    """One page for tests that begin by going to BEGIN."""
+    context = chromium.new_context(viewport={"width": 700, "height": 600})
+    page = context.new_page()
+    page.add_init_script(WITHOUT_WEBGL)
+    page.goto(page_file.as_uri() + START)
+    wait_until_ready(page)
+    yield page
+    context.close()
 
 
 def tab_through(page: Any, steps: int = 60) -> list[dict[str, Any]]:
@@ -111,10 +135,11 @@ def test_every_control_has_a_name(page: Any):
         (" ", "held", False),
     ],
 )
-def test_a_key_does_what_the_list_says(page: Any, key: str, name: str, wanted: object):
-    page.locator(".viewer-stage").focus()
-    page.keyboard.press(key)
-    found = value(page, name)
+def test_a_key_does_what_the_list_says(shared_page: Any, key: str, name: str, wanted: object):
+    change(shared_page, BEGIN)
+    shared_page.locator(".viewer-stage").focus()
+    shared_page.keyboard.press(key)
+    found = value(shared_page, name)
     assert found == (pytest.approx(wanted) if isinstance(wanted, float) else wanted)
 
 

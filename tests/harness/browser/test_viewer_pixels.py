@@ -282,6 +282,27 @@ def test_both_painters_paint_the_same(show: Callable[..., Any], width: int):
     assert np.abs(first - second).max() > 1
 
 
+@pytest.mark.parametrize("mode", ["image", "relative", "squared", "deviation", "p"])
+def test_the_worst_pixel_is_found(folder: dict[str, Any], show: Callable[..., Any], mode: str):
+    opened = show(f"#view=cornell-box/path/haste-cpu&mode={mode}&zoom=3")
+    wanted = expected(folder, "path", "haste-cpu", "truth")["relative" if mode == "image" else mode]
+    opened.page.locator("[data-action=worst]").click()
+    opened.page.wait_for_function("hasteViewer.app.state.cursor !== null")
+    found = opened.page.evaluate("hasteViewer.app.state")
+    x, y = found["cursor"]["x"], found["cursor"]["y"]
+    worst = np.abs(wanted).max() if mode in {"image", "relative"} else wanted.max()
+    assert abs(wanted[y, x]) == pytest.approx(abs(worst), rel=1e-6)
+    assert (found["x"], found["y"]) == (x + 0.5, y + 0.5)
+
+
+def test_what_is_no_number_is_worse_than_any(show: Callable[..., Any]):
+    opened = show("#view=cornell-box/path/embree&mode=squared")
+    opened.page.locator(".viewer-stage").focus()
+    opened.page.keyboard.press("w")
+    opened.page.wait_for_function("hasteViewer.app.state.cursor !== null")
+    assert opened.page.evaluate("hasteViewer.app.state.cursor") == {"x": 9, "y": 7}
+
+
 @pytest.mark.parametrize("script", [WITH_SOFTWARE_WEBGL, WITHOUT_WEBGL], ids=["WebGL", "canvas"])
 def test_what_is_no_number_is_magenta(show: Callable[..., Any], script: str):
     opened = show("#view=cornell-box/path/embree&layout=flip&zoom=16", script=script)
