@@ -44,6 +44,29 @@ def _rays(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _stability(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.job import measure_stability
+
+    for scene in options.scene or config.stability_scenes:
+        measure_stability(config, scene, options.threads)
+    return 0
+
+
+def _modes(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.modes import compare_modes
+
+    for scene in options.scene or config.mode_scenes:
+        compare_modes(config, scene, options.threads)
+    return 0
+
+
+def _surfaces(config: Config, options: argparse.Namespace) -> int:
+    from harness.stability.surfaces import measure_surfaces
+
+    measure_surfaces(config, options.threads)
+    return 0
+
+
 def _study(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.study import study_scene
 
@@ -151,10 +174,11 @@ def _sheet(config: Config, options: argparse.Namespace) -> int:
 
 
 def _published(config: Config, options: argparse.Namespace) -> int:
-    del config
+    del config, options
     from harness.report.published import write_published
 
-    print(*write_published(options.results), sep="\n")
+    for path, run in write_published().items():
+        print(f"{path}: {run}")
     return 0
 
 
@@ -178,6 +202,9 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
+    "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
+    "modes": (_modes, "render the same samples in every precision, and compare"),
+    "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
     "study": (_study, "render with every engine, in launches of every size"),
     "tables": (_tables, "write samples.parquet and measurements.csv"),
     "report": (_report, "write report.html"),
@@ -188,9 +215,13 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "generate": (_generate, "make the files of scenes that are not committed"),
     "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
     "sheet": (_sheet, "set those pictures side by side, for the README"),
-    "published": (_published, "draw the main figures of the newest published run, for docs/"),
+    "published": (_published, "draw the main figures of the published runs, for docs/"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
+
+
+JOBS = ("truth", "measure", "rays", "stability", "modes")
+"""Commands that are one job a scene."""
 
 
 def _positive(text: str) -> int:
@@ -216,11 +247,11 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {"truth", "measure", "rays", "study", "features", "generate", "thumbnails"}:
+        if name in {*JOBS, "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
-        if name in {"tables", "report", "check", "baseline", "published"}:
+        if name in {"tables", "report", "check", "baseline"}:
             command.add_argument(
                 "--results",
                 type=Path,
@@ -250,7 +281,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
-        if name in {"truth", "measure", "rays", "study", "available", "thumbnails"}:
+        if name in {*JOBS, "surfaces", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -269,8 +300,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return run_command(options)
         config = load_config(options.settings)
         for scene in getattr(options, "scene", None) or []:
-            known = config.ray_scenes if options.command == "rays" else config.scenes
-            if options.command in {"truth", "measure", "rays"} and scene not in known:
+            own = {
+                "rays": config.ray_scenes,
+                "stability": config.stability_scenes,
+                "modes": config.mode_scenes,
+            }
+            known = own.get(options.command, config.scenes)
+            if options.command in JOBS and scene not in known:
                 names = ", ".join(known) or "none"
                 raise ConfigError(f"--scene {scene}: the settings name {names}")  # noqa: TRY301
         if options.command in {"truth", "measure"}:

@@ -18,8 +18,14 @@ DOCUMENTS = sorted([*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md
 
 # 1e-4f, 0.001, 0x1p-20: a length, an angle or a weight that somebody thought small.
 SMALL_LITERAL = re.compile(r"\b\d+\.?\d*[eE]-\d+|\b0?\.00\d*|\b0[xX][\da-fA-F.]+[pP]-\d+")
-# The step of 24 random bits is a unit, no tolerance; a plane's margin is in steps of its grid.
-UNITS = {("sampling/random.h", "0x1p-24"), ("base/bvh8.h", "0x1p-7")}
+# The step of 24 random bits is a unit, a plane's margin is in steps of its grid, and the lower part
+# of ln 2 is a number: no tolerances.
+UNITS = {
+    ("sampling/random.h", "0x1p-24"),
+    ("base/bvh8.h", "0x1p-7"),
+    ("math/elementary.h", "2.12194440054690582768e-4"),
+    ("math/elementary.h", "1.42860682030941723212e-6"),
+}
 
 
 def without_comments(source: str) -> str:

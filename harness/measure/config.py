@@ -1,5 +1,6 @@
 """A run's settings: read, merged over the default preset, checked and typed."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -83,6 +84,31 @@ class Config:
         """Name and place of each scene of the benchmark of rays, in the order of the settings."""
         found = [find_scene(scene) for scene in self.values["rays"]["scenes"]]
         return {scene_name(path): path for path in found}
+
+    @property
+    def stability_scenes(self) -> dict[str, Path]:
+        """Name and place of each scene whose mesh is tested, in the order of the settings."""
+        found = [find_scene(scene) for scene in self.values["stability"]["scenes"]]
+        return {scene_name(path): path for path in found}
+
+    def stability_dir(self, scene: str) -> Path:
+        """Where what came of the tests of a scene's mesh is written."""
+        return self.results_dir / "stability" / scene
+
+    @property
+    def mode_scenes(self) -> dict[str, Path]:
+        """Name and place of each scene that is rendered in every precision."""
+        found = [find_scene(scene) for scene in self.values["stability"]["modes"]["scenes"]]
+        return {scene_name(path): path for path in found}
+
+    @property
+    def surfaces_file(self) -> Path:
+        """Where what came of rays that leave surfaces is written."""
+        return self.results_dir / "stability" / "surfaces.json"
+
+    def modes_file(self, scene: str) -> Path:
+        """Where what came of a scene in every precision is written."""
+        return self.results_dir / "stability" / "modes" / f"{scene}.json"
 
     def ray_dir(self, scene: str) -> Path:
         """Where the rays of a scene, and what came of them, are written."""
@@ -234,6 +260,8 @@ def check_config(values: Mapping[str, Any]) -> Config:
     config = Config(checked)
     _check_names("scenes", checked["scenes"])
     _check_names("rays.scenes", checked["rays"]["scenes"])
+    _check_names("stability.scenes", checked["stability"]["scenes"])
+    _check_names("stability.modes.scenes", checked["stability"]["modes"]["scenes"])
     known = {*config.scenes, *(Path(name).name for name in standard_scenes())}
     for key, names in (
         ("scene_settings", checked["scene_settings"]),
@@ -272,8 +300,10 @@ def load_config(path: Path | None = None) -> Config:
     values = yaml.safe_load(DEFAULT_PRESET.read_text())
     if path is not None:
         try:
-            changes = yaml.safe_load(path.read_text())
-        except (OSError, yaml.YAMLError) as error:
+            # Not every number of JSON is one of YAML 1.1: 1e-06 is a string there.
+            read = json.loads if path.suffix == ".json" else yaml.safe_load
+            changes = read(path.read_text())
+        except (OSError, ValueError, yaml.YAMLError) as error:
             raise ConfigError(f"{path}: {error}") from error
         if not isinstance(changes, dict):
             raise ConfigError(f"{path}: not a mapping of settings")

@@ -115,6 +115,16 @@ def ray_scene_files(config: Config) -> dict[str, list[str]]:
     return {name: files_of_scene(path) for name, path in config.ray_scenes.items()}
 
 
+def stability_scene_files(config: Config) -> dict[str, list[str]]:
+    """List the files of each scene whose mesh is tested, see `scene_files`."""
+    return {name: files_of_scene(path) for name, path in config.stability_scenes.items()}
+
+
+def mode_scene_files(config: Config) -> dict[str, list[str]]:
+    """List the files of each scene that is rendered in every precision, see `scene_files`."""
+    return {name: files_of_scene(path) for name, path in config.mode_scenes.items()}
+
+
 def study_files(config: Config) -> dict[str, list[str]]:
     """List the files of each scene of the study of packets, see `scene_files`."""
     return {name: files_of_scene(path) for name, path in config.study_scenes.items()}

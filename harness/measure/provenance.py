@@ -12,6 +12,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from harness.measure.config import CONVERGENCE_SEED, ROOT, Config
 from harness.measure.files import hash_files
 from harness.measure.inputs import extension_path
@@ -138,6 +140,22 @@ def commit() -> tuple[str | None, bool | None]:
     return head, None if status is None else bool(status)
 
 
+def arithmetic() -> dict[str, bool]:
+    """Probe what single precision really does in this process, whatever it was compiled for.
+
+    A library that was linked with fast arithmetic flushes subnormal numbers to zero for the whole
+    process.
+    """
+    least = np.finfo(np.float32).tiny
+    one, three, half = np.float32(1.0), np.float32(3.0), np.float32(0.5)
+    return {
+        "subnormals": bool(least * half > 0.0),
+        "quotients_round_to_nearest": bool((one / three).view(np.uint32) == 0x3EAAAAAB),
+        "roots_round_to_nearest": bool(np.sqrt(three - one).view(np.uint32) == 0x3FB504F3),
+        "nan_is_unequal": bool(np.isnan(np.float32(np.nan))),
+    }
+
+
 def machine() -> dict[str, Any]:
     """Describe the machine as it is now."""
     load = os.getloadavg()
@@ -179,6 +197,7 @@ def provenance(config: Config, scene: Scene, threads: int) -> dict[str, Any]:
         "dirty": dirty,
         "command": ["python", "-m", "harness", *sys.argv[1:]],
         "machine": machine(),
+        "arithmetic": arithmetic(),
         "threads": threads,
         "python": platform.python_version(),
         "packages": {name: version_of(name) for name in PACKAGES},

@@ -6,6 +6,7 @@ goes on with the classes that are missing.
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,6 @@ SUMMARY = "replayed.json"
 FILE = "rays.npz"
 MAKER = "haste-cpu"
 """Finds the hits from which rays go on; everybody is given the same rays."""
-CORE_TRAVERSALS = ("bvh2", "bvh2_stackless", "bvh8", "brute_force")
 SETTLING = 1
 """Untimed repeats at each turn: others have had the caches and the clocks since."""
 MOST_REPEATS = 100_000
@@ -230,14 +230,6 @@ class _Job:
             wanted = self._settings["traversals"]
             ways = [way for way in answer.ways if way.traversal in ("", *wanted)]
             variants += [self._variant(tracer, way, on_gpu=answer.on_gpu) for way in ways]
-            known = {way.traversal for way in answer.ways}
-            if not known.intersection(CORE_TRAVERSALS):
-                continue
-            for name in wanted:
-                if name in CORE_TRAVERSALS and name not in known:
-                    lacking = Variant(tracer, Way(name, answer.precision))
-                    lacking.end(NoHits("skipped", f"this build has no traversal {name}"))
-                    variants.append(lacking)
         return variants
 
     def _variant(self, tracer: str, way: Way, *, on_gpu: bool) -> Variant:
@@ -315,23 +307,24 @@ class _Job:
             if variant.sight is not None:
                 leaders.setdefault(variant.tracer, variant)
         any_hit = CLASSES[name]
-        apart = []
-        for variant in variants:
+
+        def judge(variant: Variant) -> dict[str, Any]:
             if variant.sight is None:
-                apart.append({})
-                continue
+                return {}
             others = {
                 tracer: compare(*variant.sight.both(other.sight), any_hit=any_hit)
                 for tracer, other in leaders.items()
                 if other is not variant and other.sight is not None
             }
             judged = compare(*variant.sight.both(exact), any_hit=any_hit)
-            apart.append(
-                {
-                    "wrong": asdict(judged),
-                    "differing": {tracer: asdict(share) for tracer, share in others.items()},
-                }
-            )
+            return {
+                "wrong": asdict(judged),
+                "differing": {tracer: asdict(share) for tracer, share in others.items()},
+            }
+
+        # Millions of rays and a pair of tracers at a time: numpy lets go of the interpreter's lock.
+        with ThreadPoolExecutor(self.crew.threads) as pool:
+            apart = list(pool.map(judge, variants))
         return {
             "sample": len(sample),
             "ambiguous": int(truth.ambiguous.sum()),

@@ -15,7 +15,8 @@ FOLDER = "results/again"
 """Where the row's run is written, apart from the run that is reported."""
 OF_RAYS = frozenset({"rays", "ray_ratios", "ray_hierarchies", "rays_skipped"})
 OF_STUDY = frozenset({"launch_laws", "launch_work", "queue_memory", "prices"})
-"""Tables of the two benchmarks that have jobs of their own; all others are of the scenes' jobs."""
+OF_STABILITY = frozenset({"cracks", "precisions", "surfaces"})
+"""Tables of benchmarks that have jobs of their own; all others are of the scenes' jobs."""
 
 
 def preset_option(provenance: Mapping[str, Any]) -> list[str]:
@@ -34,41 +35,52 @@ def _flow(value: Any) -> str:
     return str(value)
 
 
-def _changes(table: str, provenance: Mapping[str, Any], scene: str, model: str) -> dict[str, Any]:
+def _chosen(names: list[str], scene: str) -> list[str]:
+    """The scene where it is among the names, all of them where a row is of no single one."""
+    return [scene] if scene in names else names
+
+
+def _study(config: Mapping[str, Any], *, wanted: bool, scene: str, model: str) -> dict[str, Any]:
+    """The study of a row's scene and model, or none: panels can be emptied, not taken out."""
+    panels = config.get("panels", {})
+    elsewhere = config.get("elsewhere", {}).get("scenes", [])
+    return {
+        "panels": {
+            name: [model] if wanted and name == scene and model in models else []
+            for name, models in panels.items()
+        },
+        "elsewhere": {"scenes": [name for name in elsewhere if wanted and name == scene]},
+    }
+
+
+def _changes(table: str, config: Mapping[str, Any], scene: str, model: str) -> dict[str, Any]:
     """Settings under which no more is rendered than a row needs."""
-    config = provenance.get("config", {})
     asked = config.get("scenes", [])
     asked = [asked] if isinstance(asked, str) else asked
     known = dict(zip(scene_names(asked), asked, strict=True))
-    panels = config.get("study", {}).get("panels", {})
-    elsewhere = config.get("study", {}).get("elsewhere", {}).get("scenes", [])
-    rays = config.get("rays", {}).get("scenes", [])
     changes: dict[str, Any] = {"results_dir": FOLDER}
-    if table not in OF_STUDY and (panels or elsewhere):
-        changes["study"] = {
-            "panels": {name: [] for name in panels},
-            "elsewhere": {"scenes": []},
-        }
-    if table in OF_RAYS:
-        changes["rays"] = {"scenes": [scene] if scene in rays else rays}
-    elif rays:
-        changes["rays"] = {"scenes": []}
-    if table in OF_STUDY:
-        changes["study"] = {
-            "panels": {
-                name: [model] if name == scene and model in models else []
-                for name, models in panels.items()
-            },
-            "elsewhere": {"scenes": [name for name in elsewhere if name == scene]},
-        }
     if scene in known:
         changes["scenes"] = [known[scene]]
-    elif table in OF_RAYS | OF_STUDY and asked:
+    elif table in OF_RAYS | OF_STUDY | OF_STABILITY and asked:
         # A run renders at least one scene.
         changes["scenes"] = asked[:1]
     # Every table of scenes has ratios, or ways to the picture of `path`.
-    if model in MODELS and table not in OF_RAYS:
+    if model in MODELS and table not in OF_RAYS | OF_STABILITY:
         changes["models"] = list(dict.fromkeys(["path", model]))
+    if "rays" in config:
+        wanted = config["rays"].get("scenes", [])
+        changes["rays"] = {"scenes": _chosen(wanted, scene) if table in OF_RAYS else []}
+    if "study" in config:
+        changes["study"] = _study(
+            config["study"], wanted=table in OF_STUDY, scene=scene, model=model
+        )
+    if "stability" in config:
+        meshes = config["stability"].get("scenes", [])
+        modes = config["stability"].get("modes", {}).get("scenes", [])
+        changes["stability"] = {
+            "scenes": _chosen(meshes, scene) if table == "cracks" else [],
+            "modes": {"scenes": _chosen(modes, scene) if table == "precisions" else []},
+        }
     return changes
 
 
@@ -78,7 +90,7 @@ def command_of(table: str, provenance: Mapping[str, Any], scene: str = "", model
     Of the tracers all stay: a row says how one does beside the others in the same rounds. scene and
     model: empty where the row is of all of them.
     """
-    changes = _changes(table, provenance, scene, model)
+    changes = _changes(table, provenance.get("config", {}), scene, model)
     settings = [f"{key}={_flow(value)}" for key, value in changes.items()]
     return shlex.join(["./bench", "all", *preset_option(provenance), "--config", *settings])
 
@@ -87,6 +99,7 @@ def commands_of(table: Table, provenance: Mapping[str, Any]) -> list[str]:
     """The command of each row of a table, in the order of the page."""
     names = set(scene_names(provenance.get("config", {}).get("scenes", [])))
     names |= set(provenance.get("scenes", {})) | set(provenance.get("rays", {}))
+    names |= set(provenance.get("config", {}).get("stability", {}).get("scenes", []))
     rows = [(heading, row) for heading, group in table.groups for row in group]
     one_to_one = len(table.frame) == len(rows)
     records = table.frame.to_dict("records") if one_to_one else [{}] * len(rows)

@@ -16,12 +16,18 @@ CATEGORIES = {
     "engines": "Schedules",
     "study": "Schedules",
     "speed": "Speed",
+    "cracks": "Stability",
     "rays": "Rays",
     "ray": "Rays",
 }
 
-PUBLISHED_FIGURES = ("published-speed", "published-planes", "published-packets")
-"""Files of docs/images, without their ending, in the order in which they are made."""
+PUBLISHED_FIGURES = (
+    "published-speed",
+    "published-planes",
+    "published-trade",
+    "published-packets",
+)
+"""Files of docs/images, without their ending; harness/report/published.py says what each shows."""
 
 
 def category_of(figure: str) -> str:

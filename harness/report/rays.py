@@ -60,6 +60,8 @@ def find_ray_rows(measurements: Measurements) -> list[RayRow]:
         if row.engine != ENGINE or row.model != MODEL or row.quantity.startswith("eye_rays"):
             continue
         case = parse_case(row.case)
+        if "aim" in case:
+            continue
         key = (row.scene, row.tracer, str(case.get("traversal", "")), row.precision)
         _add(found.setdefault(key, RayRow(*key)), row, case)
     scenes = list(dict.fromkeys(row.scene for row in found.values()))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib import colormaps
@@ -37,17 +37,32 @@ from harness.statistics.intervals import Interval
 from harness.statistics.trade import error_curve
 from harness.tables.knobs import UNBIASED
 from harness.tables.lookup import Measurements
-from harness.tables.read import SceneJob, model_order, tracer_order
+from harness.tables.read import model_order, tracer_order
 from harness.tables.schema import parse_case
 from harness.tables.trade import BUDGETS, EXACT
 
-SECONDS = np.geomspace(0.03, 300.0, 81)
-"""Times that are drawn: the budgets and what is next to them."""
+EARLIEST, USUAL, LATEST = 1e-4, 0.03, 300.0
+"""Seconds that are drawn: the budgets, what is next to them, and crossovers of GPUs before them."""
+POINTS_A_DECADE = 10
 LOWEST, HIGHEST = 1e-6, 10.0
 """Errors beyond these are cut off: the one is far below any truth's noise, the other no picture."""
 MODEL_LINES = {"path": "-", "haste": "--", "whitted": ":"}
 FRONT = "#f0c54a"
 KNOB_STYLES = {"rr_depth": ("#d55e00", "--"), "clamp": ("#a8438b", "-."), "film": (INK, ":")}
+
+
+class Subject(Protocol):
+    """A scene: its job, or what of it is needed where only its measurements are left."""
+
+    @property
+    def name(self) -> str:
+        """As its folder and the tables call it."""
+        ...
+
+    @property
+    def description(self) -> Mapping[str, Any]:
+        """With `settings.max_depth`, where it is known."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +90,7 @@ class Curve:
         return replace(self, look=look)
 
 
-def curves_of(measurements: Measurements, job: SceneJob) -> list[Curve]:
+def curves_of(measurements: Measurements, job: Subject) -> list[Curve]:
     """All ways to the exact picture of a scene, in the order of tracers and models.
 
     `haste` and `whitted`, which have no solid angle, after their exposure was set; `path` as it is.
@@ -123,7 +138,7 @@ def curves_of(measurements: Measurements, job: SceneJob) -> list[Curve]:
     )
 
 
-def limit_bias(measurements: Measurements, job: SceneJob) -> Interval | None:
+def limit_bias(measurements: Measurements, job: Subject) -> Interval | None:
     """Squared bias of the scene's own depth limit, by the first tracer that has swept it."""
     depth = job.description.get("settings", {}).get("max_depth")
     case = f"exposure=raw;max_depth={depth}"
@@ -135,9 +150,16 @@ def limit_bias(measurements: Measurements, job: SceneJob) -> Interval | None:
     return None
 
 
-def front_of(curves: Sequence[Curve]) -> NDArray[np.float64]:
-    """The least error of any curve at each of `SECONDS`: the Pareto front of time and error."""
-    errors = np.array([curve.errors(SECONDS)[0] for curve in curves])
+def seconds_of(curves: Sequence[Curve]) -> NDArray[np.float64]:
+    """Times to draw curves at: from `EARLIEST` on where any crosses another before `USUAL`."""
+    stars = [curve.crossover.value for curve in curves if curve.crossover is not None]
+    first = EARLIEST if any(EARLIEST < star < USUAL for star in stars) else USUAL
+    return np.geomspace(first, LATEST, round(POINTS_A_DECADE * math.log10(LATEST / first)) + 1)
+
+
+def front_of(curves: Sequence[Curve], seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The least error of any curve at each time: the Pareto front of time and error."""
+    errors = np.array([curve.errors(seconds)[0] for curve in curves])
     return np.asarray(np.where(errors > 0.0, errors, np.inf).min(axis=0))
 
 
@@ -151,7 +173,7 @@ class Panel:
     """whether errors are against the model's own picture: other errors than those of the rest"""
 
 
-def plot_trade(measurements: Measurements, job: SceneJob) -> Figure | None:
+def plot_trade(measurements: Measurements, job: Subject) -> Figure | None:
     """Panels of tracers, models and knobs on one plane; None where `path` was not timed.
 
     In all of them the same front of all curves, and lines of equal efficiency; but for the sample
@@ -161,22 +183,23 @@ def plot_trade(measurements: Measurements, job: SceneJob) -> Figure | None:
     if not any(curve.model == EXACT for curve in curves):
         return None
     panels = _panels(curves)
-    front = front_of(curves)
+    seconds = seconds_of(curves)
+    front = front_of(curves, seconds)
     with figure_style():
         figure, all_axes = make_panels(-(-len(panels) // 2), 2, 3.3)
-        limits = _limits(curves)
+        limits = _limits(curves, seconds)
         for axes, panel in zip(all_axes, panels, strict=False):
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_xlim(SECONDS[0], SECONDS[-1])
-            axes.set_ylim(*(_limits(panel.curves) if panel.own_picture else limits))
+            axes.set_xlim(seconds[0], seconds[-1])
+            axes.set_ylim(*(_limits(panel.curves, seconds) if panel.own_picture else limits))
             _equal_efficiency(axes)
             if not panel.own_picture:
-                axes.plot(SECONDS, front, color=FRONT, lw=6.0, alpha=0.55, zorder=1)
+                axes.plot(seconds, front, color=FRONT, lw=6.0, alpha=0.55, zorder=1)
             for curve in panel.curves:
-                _draw(axes, curve)
+                _draw(axes, curve, seconds)
             axes.xaxis.set_major_locator(LogLocator())
-            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axes.xaxis.set_major_formatter(FuncFormatter(_tick))
             axes.xaxis.set_minor_locator(NullLocator())
             axes.yaxis.set_minor_locator(NullLocator())
             axes.set_title(panel.title)
@@ -256,32 +279,36 @@ def _styled_knobs(curves: Sequence[Curve]) -> list[Curve]:
     return found
 
 
-def _limits(curves: Sequence[Curve]) -> tuple[float, float]:
-    errors = np.concatenate([curve.errors(SECONDS)[0] for curve in curves])
+def _limits(curves: Sequence[Curve], seconds: NDArray[np.float64]) -> tuple[float, float]:
+    errors = np.concatenate([curve.errors(seconds)[0] for curve in curves])
     shown = errors[(errors > LOWEST) & (errors < HIGHEST)]
     return 0.6 * float(shown.min()), 1.6 * float(shown.max())
 
 
-def _draw(axes: Axes, curve: Curve) -> None:
+def _draw(axes: Axes, curve: Curve, seconds: NDArray[np.float64]) -> None:
     look = {"ls": "-", "lw": 1.3} | curve.look
     marker = look.pop("marker", "")
-    value, lower, upper = curve.errors(SECONDS)
+    value, lower, upper = curve.errors(seconds)
     floor = axes.get_ylim()[0]
     axes.fill_between(
-        SECONDS, np.maximum(lower, 0.1 * floor), upper, color=look["color"], alpha=0.13, lw=0
+        seconds, np.maximum(lower, 0.1 * floor), upper, color=look["color"], alpha=0.13, lw=0
     )
-    axes.plot(SECONDS, value, zorder=3, **look)
+    axes.plot(seconds, value, zorder=3, **look)
     at = np.array(BUDGETS)
     axes.plot(at, curve.errors(at)[0], ls="", marker=marker, ms=4.0, color=look["color"], zorder=3)
     star = curve.crossover
-    if star is None or not (SECONDS[0] < star.value < SECONDS[-1]):
+    if star is None or not (seconds[0] < star.value < seconds[-1]):
         return
     height = float(curve.errors(np.array([star.value]))[0, 0])
-    ends = np.clip([star.lower, star.upper], SECONDS[0], SECONDS[-1])
+    ends = np.clip([star.lower, star.upper], seconds[0], seconds[-1])
     axes.plot(ends, [height, height], color=look["color"], lw=1.6, zorder=4)
     axes.plot(
         star.value, height, marker="o", ms=6.0, mfc="white", mec=look["color"], mew=1.4, zorder=5
     )
+
+
+def _tick(value: float, _: int) -> str:
+    return f"{value:g}" if value > 0.0005 else f"1e−{-math.log10(value):.0f}"
 
 
 def _entry(curve: Curve) -> Line2D:

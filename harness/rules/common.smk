@@ -13,10 +13,12 @@ sys.path.insert(0, workflow.basedir)
 from harness.locks import join_runs
 from harness.measure.config import ConfigError, check_config
 from harness.measure.inputs import (
+    mode_scene_files,
     module_sources,
     package_sources,
     ray_scene_files,
     scene_files,
+    stability_scene_files,
     study_files,
     tracing_sources,
 )

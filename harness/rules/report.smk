@@ -59,6 +59,6 @@ rule published_figures:
     params:
         python=PYTHON,
     message:
-        "Figures of the newest published run, for the documentation"
+        "Figures of the published runs, for the documentation"
     shell:
         "{params.python:q} -m harness published 2>&1 | tee -i {log:q}"

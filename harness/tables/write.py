@@ -16,6 +16,14 @@ from harness.tables.knobs import record_knobs
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
+from harness.tables.stability import (
+    read_modes_jobs,
+    read_stability_jobs,
+    read_surfaces_job,
+    record_modes,
+    record_stability,
+    record_surfaces,
+)
 from harness.tables.study import read_study, record_study
 from harness.tables.times import (
     group_times,
@@ -110,6 +118,13 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     ray_jobs = read_ray_jobs(results_dir)
     for ray_job in ray_jobs:
         record_rays(recorder, ray_job)
+    for stability_job in read_stability_jobs(results_dir):
+        record_stability(recorder, stability_job)
+    for modes_job in read_modes_jobs(results_dir):
+        record_modes(recorder, modes_job)
+    surfaces_job = read_surfaces_job(results_dir)
+    if surfaces_job is not None:
+        record_surfaces(recorder, surfaces_job)
     for study in read_study(results_dir):
         record_study(recorder, study)
     samples, measurements = recorder.frames()

@@ -18,6 +18,8 @@ from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
 MODELS = frozenset({"path", "haste", "whitted"})
 SETTINGS = frozenset({"max_depth", "rr_depth", "light_samples", "ambient_samples"})
 """Render settings that a single image may have otherwise."""
+IMAGE_TRAVERSALS = ("bvh2", "bvh8")
+"""Of images of small and of large scenes: haste_cuda/engine/schedule.cpp, `image_traversal`."""
 EXTENSION_MISSING = (
     "the compiled extension haste_cuda._core cannot be imported ({reason}); "
     "`./bench setup` builds it"
@@ -208,10 +210,14 @@ class _HasteTracer(Tracer):
 
     @classmethod
     def ways(cls) -> tuple[Way, ...]:
-        """The core's traversals; first the one that is taken where none is named."""
+        """The core's traversals, first the one that is taken where none is named; those of images
+        also in fast arithmetic.
+        """
         if cls.unavailable() is not None:
             return super().ways()
-        return tuple(Way(name, cls.precision) for name in traversals())
+        names = traversals()
+        fast = (Way(name, "fast") for name in names if name in IMAGE_TRAVERSALS)
+        return (*(Way(name, cls.precision) for name in names), *fast)
 
     def structure(self, way: Way) -> Structure | None:
         """The hierarchy of a traversal: what `load` has built, or what the extension says."""
@@ -219,7 +225,11 @@ class _HasteTracer(Tracer):
 
     def _how(self, way: Way) -> dict[str, object]:
         """Keywords of the extension's replay."""
-        return {"traversal": way.traversal, "threads": self.threads}
+        return {
+            "traversal": way.traversal,
+            "precision": way.precision,
+            "threads": self.threads,
+        }
 
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
@@ -359,7 +369,7 @@ class HasteCuda(_HasteTracer):
         return haste_cuda.render_cuda(self.scene, self.model, settings, **arguments)
 
     def _how(self, way: Way) -> dict[str, object]:
-        return {"traversal": way.traversal}
+        return {"traversal": way.traversal, "precision": way.precision}
 
     def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda

@@ -5,8 +5,10 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "accel/host_scene.h"
+#include "core/precision.h"
 #include "cuda/render.h"
 #include "reference/embree/embree_scene.h"
 
@@ -38,6 +40,9 @@ private:
     std::array<std::unique_ptr<EmbreeScene>, 2> embree_;  ///< by mode
     std::shared_ptr<cuda::Renderer::Scene> device_;
 };
+
+/// The precision of a name. Throws std::invalid_argument naming those that there are.
+PrecisionKind precision_of(const std::string& name);
 
 /// The dict that a render returns to Python.
 nanobind::dict to_dict(RenderOutput output, const Camera<float>& camera);

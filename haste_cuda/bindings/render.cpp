@@ -103,8 +103,9 @@ Accumulation accumulation_kind(const std::string& name) {
 nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<float> settings,
                        u32 seed, u32 samples, const std::string& engine,
                        const std::string& intersector, u64 packet, const std::string& order,
-                       u64 queue_bytes, const std::string& accumulation, int threads,
-                       bool count_rays, u32 pass_samples) {
+                       u64 queue_bytes, const std::string& accumulation,
+                       const std::string& precision, int threads, bool count_rays,
+                       u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,
@@ -122,6 +123,7 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
     schedule.order = queue_order(order);
     schedule.queue_bytes = queue_bytes;
     schedule.accumulation = accumulation_kind(accumulation);
+    schedule.precision = precision_of(precision);
     schedule.threads = threads;
     schedule.count_rays = count_rays;
     schedule.pass_samples = pass_samples;
@@ -141,7 +143,8 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                         const std::optional<std::string>& traversal, u64 packet,
                         const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
-                        int block, bool count_rays, bool record_spans, u32 pass_samples) {
+                        const std::string& precision, int block, bool count_rays, bool record_spans,
+                        u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,
@@ -162,6 +165,7 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
     schedule.film = choose<FilmKind>(
         "film", film, {{"int64", FilmKind::int64}, {"float_atomic", FilmKind::float_atomic}});
     schedule.accumulation = accumulation_kind(accumulation);
+    schedule.precision = precision_of(precision);
     schedule.block = block;
     schedule.count_rays = count_rays;
     schedule.record_spans = record_spans;
@@ -204,21 +208,22 @@ void bind_render(nb::module_& module) {
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
                "packet"_a = default_packet, "order"_a = "fifo",
-               "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat", "threads"_a = 0,
-               "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
+               "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat",
+               "precision"_a = "watertight", "threads"_a = 0, "count_rays"_a = false,
+               "pass_samples"_a = FixedPoint::max_pass_samples,
                "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
                "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
                "peak_queue_bytes, non_finite, launches (packets, slices of layers, or passes). "
-               "Raises ValueError on settings that make no "
-               "sense and "
-               "FilmOverflow naming the pixel.");
+               "The precisions fast and fp64 are those of the engine depth_first alone. Raises "
+               "ValueError on settings that make no sense and FilmOverflow naming the pixel.");
     module.def(
         "render_cuda", &render_on_cuda, "scene"_a, "model"_a, "settings"_a, nb::kw_only(), "seed"_a,
         "samples"_a, "engine"_a = "depth_first", "traversal"_a = nb::none(),
         "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once",
         "queue_bytes"_a = default_queue_bytes, "streams"_a = 3, "film"_a = "int64",
-        "accumulation"_a = "flat", "block"_a = 128, "count_rays"_a = false,
-        "record_spans"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
+        "accumulation"_a = "flat", "precision"_a = "watertight", "block"_a = 128,
+        "count_rays"_a = false, "record_spans"_a = false,
+        "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
         "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "
         "the host's for the others, whose host takes part) with traversal, compile_seconds, "

@@ -24,6 +24,15 @@ TraversalKind traversal_of(const std::string& name) {
     throw std::invalid_argument("traversal must be one of " + known + ", not " + name);
 }
 
+PrecisionKind precision_of(const std::string& name) {
+    std::string known;
+    for (u32 i = 0; i < precision_count; ++i) {
+        if (name == precision_names[i]) return PrecisionKind(i);
+        known += std::string(i == 0 ? "" : ", ") + precision_names[i];
+    }
+    throw std::invalid_argument("precision must be one of " + known + ", not " + name);
+}
+
 namespace {
 
 std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& directions,
@@ -74,15 +83,19 @@ QueryKind query_kind(bool any_hit) { return any_hit ? QueryKind::any_hit : Query
 
 nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& directions,
                       const Reals& t_min, const Reals& t_max, bool any_hit,
-                      const std::string& intersector, const std::string& traversal, int threads,
-                      int repeats, bool count) {
+                      const std::string& intersector, const std::string& traversal,
+                      const std::string& precision, int threads, int repeats, bool count) {
     if (intersector != "haste" && intersector != "embree") {
         throw std::invalid_argument("intersector must be one of embree, haste, not " + intersector);
     }
     const std::vector<RayQuery<float>> queries = make_queries(origins, directions, t_min, t_max);
     const ReplaySchedule schedule{
         intersector == "embree" ? IntersectorKind::embree : IntersectorKind::haste,
-        traversal_of(traversal), threads, repeats, count};
+        traversal_of(traversal),
+        precision_of(precision),
+        threads,
+        repeats,
+        count};
     ReplayOutput output;
     {
         const nb::gil_scoped_release release;
@@ -95,9 +108,11 @@ nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& d
 
 nb::dict trace_on_cuda(SceneHandle& scene, const Points& origins, const Points& directions,
                        const Reals& t_min, const Reals& t_max, bool any_hit,
-                       const std::string& traversal, int block, int repeats, bool count) {
+                       const std::string& traversal, const std::string& precision, int block,
+                       int repeats, bool count) {
     const std::vector<RayQuery<float>> queries = make_queries(origins, directions, t_min, t_max);
-    const cuda::CudaReplaySchedule schedule{traversal_of(traversal), block, repeats, count};
+    const cuda::CudaReplaySchedule schedule{traversal_of(traversal), precision_of(precision), block,
+                                            repeats, count};
     cuda::CudaReplayOutput output;
     {
         const nb::gil_scoped_release release;
@@ -140,8 +155,8 @@ void bind_replay(nb::module_& module) {
     module.def(
         "trace_cpu", &trace_on_cpu, "scene"_a, "origins"_a, "directions"_a, "t_min"_a, "t_max"_a,
         nb::kw_only(), "any_hit"_a = false, "intersector"_a = "haste",
-        "traversal"_a = name_of(default_traversal), "threads"_a = 0, "repeats"_a = 1,
-        "count"_a = false,
+        "traversal"_a = name_of(default_traversal), "precision"_a = "watertight", "threads"_a = 0,
+        "repeats"_a = 1, "count"_a = false,
         "Traces rays for their own sake. Arrays: origins and directions float32 [n, 3], "
         "t_min and t_max float32 [n]. Returns a dict: t (float32 [n], infinity without a "
         "hit within (t_min, t_max]), primitive (uint32 [n], triangles from 0, spheres after "
@@ -150,8 +165,8 @@ void bind_replay(nb::module_& module) {
         "and triangles, visited a ray in the mean. Raises ValueError naming the ray.");
     module.def("trace_cuda", &trace_on_cuda, "scene"_a, "origins"_a, "directions"_a, "t_min"_a,
                "t_max"_a, nb::kw_only(), "any_hit"_a = false,
-               "traversal"_a = name_of(default_traversal), "block"_a = 128, "repeats"_a = 1,
-               "count"_a = false,
+               "traversal"_a = name_of(default_traversal), "precision"_a = "watertight",
+               "block"_a = 128, "repeats"_a = 1, "count"_a = false,
                "The same on the GPU. Returns the dict of trace_cpu (seconds of "
                "the kernel, by the device's clock) with compile_seconds, scene_upload_seconds, "
                "upload_seconds and download_seconds (rays and hits), registers. Raises CudaError "

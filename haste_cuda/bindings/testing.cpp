@@ -15,6 +15,7 @@
 #include "core/accel/traversal.h"
 #include "core/engine/admission.h"
 #include "core/geometry/surface.h"
+#include "core/math/elementary.h"
 #include "core/model/phong_bsdf.h"
 #include "core/precision.h"
 #include "core/sampling/warp.h"
@@ -50,6 +51,27 @@ nb::object sin_cos(const Reals& turns) {
         flat.insert(flat.end(), {value.sine, value.cosine});
     }
     return to_numpy(std::move(flat), {turns.size(), 2});
+}
+
+template <class Real>
+Real elementary(const std::string& name, Real x) {
+    if (name == "exp") return exponential(x);
+    if (name == "expm1") return exponential_minus_one(x);
+    if (name == "log1p") return logarithm_of_one_plus(x);
+    if (name == "cbrt") return cube_root(x);
+    throw std::invalid_argument("no elementary function is called " + name);
+}
+
+/// An elementary function in single precision, and in double precision.
+nb::object elementary_values(const std::string& name, const Reals& values) {
+    std::vector<float> single;
+    std::vector<double> twice;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        single.push_back(elementary(name, values(i)));
+        twice.push_back(elementary(name, double(values(i))));
+    }
+    const std::size_t n = single.size();
+    return nb::make_tuple(to_numpy(std::move(single), {n}), to_numpy(std::move(twice), {n}));
 }
 
 Vec3f warp(const std::string& name, float u, float v, float w, float parameter) {
@@ -239,6 +261,7 @@ void bind_testing(nb::module_& parent) {
     module.attr("ray_bytes") = sizeof(Ray<float>);
     module.def("philox", &philox, "counter"_a, "key"_a);
     module.def("sin_cos_of_turn", &sin_cos, "turns"_a);
+    module.def("elementary", &elementary_values, "name"_a, "values"_a);
     module.def("warp", &warp_points, "name"_a, "numbers"_a, "parameter"_a = 0.0f);
     module.def("convert", &convert, "values"_a, "exponent"_a, "rounding"_a);
     module.def("closest", &closest, "scene"_a, "origins"_a, "directions"_a,

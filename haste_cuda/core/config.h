@@ -103,20 +103,10 @@ HASTE_HD inline i32 greatest_of_three(i32 a, i32 b, i32 c) {
 HASTE_HD inline float saturate(float x) { return x > 0.0f ? (x < 1.0f ? x : 1.0f) : 0.0f; }
 #endif
 
-/// Elementary functions of the platform: within 2 ulp, not equal bit for bit across platforms.
-HASTE_HD inline float exponential(float x) { return ::expf(x); }
-HASTE_HD inline double exponential(double x) { return ::exp(x); }
-HASTE_HD inline float exponential_minus_one(float x) { return ::expm1f(x); }
-HASTE_HD inline double exponential_minus_one(double x) { return ::expm1(x); }
-HASTE_HD inline float logarithm(float x) { return ::logf(x); }
-HASTE_HD inline double logarithm(double x) { return ::log(x); }
-HASTE_HD inline float logarithm_of_one_plus(float x) { return ::log1pf(x); }
-HASTE_HD inline double logarithm_of_one_plus(double x) { return ::log1p(x); }
-HASTE_HD inline float cube_root(float x) { return ::cbrtf(x); }
-HASTE_HD inline double cube_root(double x) { return ::cbrt(x); }
-
-/// The bits of a float and back.
+/// The bits of a number and back.
 HASTE_HD constexpr u32 float_bits(float x) { return __builtin_bit_cast(u32, x); }
 HASTE_HD constexpr float bits_float(u32 x) { return __builtin_bit_cast(float, x); }
+HASTE_HD constexpr u64 double_bits(double x) { return __builtin_bit_cast(u64, x); }
+HASTE_HD constexpr double bits_double(u64 x) { return __builtin_bit_cast(double, x); }
 
 }  // namespace haste

@@ -12,7 +12,6 @@ namespace haste {
 
 /// One worker's pieces of the result.
 struct WorkerTally {
-    std::vector<Ray<float>> stack;
     RayCounts rays;
     FilmFaults faults;
 
@@ -30,28 +29,28 @@ struct WorkerTally {
 };
 
 /// One worker owns a pixel: all its samples in registers, no atomics.
-template <class Model, class I, bool Count>
-PassResult depth_first_pass(const PassRequest& request, const Model& model, const I& intersector) {
+template <class Model, class I, bool Count, class Real>
+PassResult depth_first_pass(const PassRequest& request, const Camera<Real>& camera,
+                            const Model& model, const I& intersector) {
     const u32 pixels = request.view.camera.width * request.view.camera.height;
     PassResult result;
     result.film.sums.assign(3 * std::size_t(pixels), 0);
-    tbb::enumerable_thread_specific<WorkerTally> tallies([&] {
-        WorkerTally tally;
-        tally.stack.resize(request.stack_capacity);
-        return tally;
-    });
+    tbb::enumerable_thread_specific<WorkerTally> tallies;
+    tbb::enumerable_thread_specific<std::vector<Ray<Real>>> stacks(
+        [&] { return std::vector<Ray<Real>>(request.stack_capacity); });
     constexpr u32 pixels_per_task = 16;
     tbb::parallel_for(tbb::blocked_range<u32>(0, pixels, pixels_per_task),
                       [&](const tbb::blocked_range<u32>& range) {
                           WorkerTally& tally = tallies.local();
+                          Ray<Real>* stack = stacks.local().data();
                           for (u32 pixel = range.begin(); pixel < range.end(); ++pixel) {
                               FilmSum sum;
                               for (u32 i = 0; i < request.samples; ++i) {
-                                  const Ray<float> ray =
-                                      camera_ray(request.view.camera, pixel,
-                                                 request.first_sample + i, request.settings.seed);
+                                  const Ray<Real> ray =
+                                      camera_ray(camera, pixel, request.first_sample + i,
+                                                 request.settings.seed);
                                   trace_sample<Count>(model, intersector, request.format, ray,
-                                                      tally.stack.data(), sum, tally.rays);
+                                                      stack, sum, tally.rays);
                               }
                               tally.add_faults(sum, pixel);
                               for (int c = 0; c < 3; ++c) {

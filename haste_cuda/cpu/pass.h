@@ -16,7 +16,8 @@ PassResult run_engine(const PassRequest& request, const Model& model, const I& i
         case EngineKind::layers:
             return layers_pass<Model, I, Count>(request, model, intersector);
         default:
-            return depth_first_pass<Model, I, Count>(request, model, intersector);
+            return depth_first_pass<Model, I, Count>(request, request.view.camera, model,
+                                                     intersector);
     }
 }
 
@@ -48,10 +49,41 @@ PassResult model_pass(const PassRequest& request) {
     return run_pass_on_bvh2<Model, feature_triangles | feature_spheres>(request);
 }
 
+/// A model's pass in another precision: depth first, all features decided at run time.
+template <class P, template <class, class> class Model>
+PassResult depth_first_of(const PassRequest& request, const SceneView<typename P::Real>& view,
+                          const Settings<typename P::Real>& settings) {
+    using F = Features<all_features>;
+    const Model<P, F> model(view, settings);
+    const ImageIntersector<P, F> intersector(view);
+    return request.schedule.count_rays
+               ? depth_first_pass<Model<P, F>, ImageIntersector<P, F>, true>(request, view.camera,
+                                                                             model, intersector)
+               : depth_first_pass<Model<P, F>, ImageIntersector<P, F>, false>(request, view.camera,
+                                                                              model, intersector);
+}
+
+template <class P, template <class, class> class Path, template <class, class> class Haste,
+          template <class, class> class Whitted>
+PassResult depth_first_of(ModelKind model, const PassRequest& request,
+                          const SceneView<typename P::Real>& view,
+                          const Settings<typename P::Real>& settings) {
+    switch (model) {
+        case ModelKind::path:
+            return depth_first_of<P, Path>(request, view, settings);
+        case ModelKind::haste:
+            return depth_first_of<P, Haste>(request, view, settings);
+        default:
+            return depth_first_of<P, Whitted>(request, view, settings);
+    }
+}
+
 /// One translation unit each: `watertight_path.cpp` and so on, and reference/embree for Embree's.
 PassResult watertight_path_pass(const PassRequest& request);
 PassResult watertight_haste_pass(const PassRequest& request);
 PassResult watertight_whitted_pass(const PassRequest& request);
+PassResult fast_pass(ModelKind model, const PassRequest& request);
+PassResult fp64_pass(ModelKind model, const PassRequest& request);
 PassResult embree_pass(ModelKind model, const PassRequest& request);
 
 }  // namespace haste

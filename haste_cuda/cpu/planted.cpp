@@ -76,8 +76,8 @@ RenderOutput render_planted(const HostScene& scene, const Settings<float>& setti
                 request.view, request.settings, reading);
             const PlantedIntersector intersector(request.view,
                                                  reading.glass_lets_shadow_rays_through);
-            return depth_first_pass<decltype(model), PlantedIntersector, false>(request, model,
-                                                                                intersector);
+            return depth_first_pass<decltype(model), PlantedIntersector, false>(
+                request, request.view.camera, model, intersector);
         });
 }
 

@@ -1,7 +1,10 @@
 #include "cpu/render.h"
 
 #include <algorithm>
+#include <memory>
+#include <stdexcept>
 
+#include "accel/scene_fp64.h"
 #include "cpu/pass.h"
 #include "host/stopwatch.h"
 #include "host/thread_limit.h"
@@ -12,6 +15,8 @@ namespace {
 
 PassResult run(ModelKind model, const PassRequest& request) {
     if (request.schedule.intersector == IntersectorKind::embree) return embree_pass(model, request);
+    if (request.schedule.precision == PrecisionKind::fast) return fast_pass(model, request);
+    if (request.schedule.precision == PrecisionKind::fp64) return fp64_pass(model, request);
     switch (model) {
         case ModelKind::path:
             return watertight_path_pass(request);
@@ -19,6 +24,16 @@ PassResult run(ModelKind model, const PassRequest& request) {
             return watertight_haste_pass(request);
         default:
             return watertight_whitted_pass(request);
+    }
+}
+
+void check_precision(const Schedule& schedule) {
+    if (schedule.precision == PrecisionKind::watertight) return;
+    if (schedule.engine != EngineKind::depth_first ||
+        schedule.intersector != IntersectorKind::haste) {
+        throw std::invalid_argument(
+            "the precisions fast and fp64 run with the engine depth_first and the intersector "
+            "haste only");
     }
 }
 
@@ -30,6 +45,7 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
                               const std::function<PassResult(const PassRequest&)>& run_pass,
                               const void* embree_scene) {
     check_settings(model, settings, samples, schedule);
+    check_precision(schedule);
     const ThreadLimit limit(schedule.threads);
     std::vector<double> weights = layer_weights(schedule, settings, scene.common_reflectance());
     PassRequest request;
@@ -41,6 +57,9 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
     request.stack_capacity = stack_capacity(model, settings);
     request.film_layers = u32(weights.size());
     request.embree_scene = embree_scene;
+    std::unique_ptr<const SceneFp64> wide;
+    if (schedule.precision == PrecisionKind::fp64) wide = std::make_unique<SceneFp64>(scene);
+    request.scene_fp64 = wide.get();
     PassFolder folder(request.format, request.view.camera.width, request.view.camera.height,
                       std::move(weights));
     RenderOutput output;

@@ -19,6 +19,7 @@ struct PassRequest {
     u32 stack_capacity = 1;              ///< of `depth_first`
     u32 film_layers = 1;                 ///< films that `layers` fills, each 3 sums a pixel
     const void* embree_scene = nullptr;  ///< EmbreeScene, where Embree intersects
+    const void* scene_fp64 = nullptr;    ///< SceneFp64, where the precision is that
     u32 first_sample = 0;
     u32 samples = 0;
 

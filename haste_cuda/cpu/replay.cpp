@@ -51,11 +51,11 @@ Tally count(const SceneView<float>& view, std::span<const RayQuery<float>> queri
         });
 }
 
-template <TraversalKind K, u32 Kinds>
+template <TraversalKind K, class P, u32 Kinds>
 void run_on(const HostScene& scene, QueryKind kind, std::span<const RayQuery<float>> queries,
             const ReplaySchedule& schedule, ReplayOutput& output) {
-    using I = IntersectorOf<K, Watertight, Features<Kinds>>;
-    using Counting = IntersectorOf<K, Watertight, Features<Kinds>, Tally>;
+    using I = IntersectorOf<K, P, Features<Kinds>>;
+    using Counting = IntersectorOf<K, P, Features<Kinds>, Tally>;
     const SceneView<float> view = scene.view(K);
     const I intersector(view);
     run(replay_loop_of<I>(kind), &intersector, queries, schedule.repeats, output);
@@ -65,18 +65,38 @@ void run_on(const HostScene& scene, QueryKind kind, std::span<const RayQuery<flo
                          : count<QueryKind::closest, Counting>(view, queries);
 }
 
-template <TraversalKind K>
+template <TraversalKind K, class P>
 void run_on(const HostScene& scene, QueryKind kind, std::span<const RayQuery<float>> queries,
             const ReplaySchedule& schedule, ReplayOutput& output) {
     switch (scene.features() & (feature_triangles | feature_spheres)) {
         case feature_triangles:
-            run_on<K, feature_triangles>(scene, kind, queries, schedule, output);
+            run_on<K, P, feature_triangles>(scene, kind, queries, schedule, output);
             break;
         case feature_spheres:
-            run_on<K, feature_spheres>(scene, kind, queries, schedule, output);
+            run_on<K, P, feature_spheres>(scene, kind, queries, schedule, output);
             break;
         default:
-            run_on<K, feature_triangles | feature_spheres>(scene, kind, queries, schedule, output);
+            run_on<K, P, feature_triangles | feature_spheres>(scene, kind, queries, schedule,
+                                                              output);
+    }
+}
+
+template <class P>
+void run_in(const HostScene& scene, QueryKind kind, std::span<const RayQuery<float>> queries,
+            const ReplaySchedule& schedule, ReplayOutput& output) {
+    switch (schedule.traversal) {
+        case TraversalKind::brute_force:
+            run_on<TraversalKind::brute_force, P>(scene, kind, queries, schedule, output);
+            break;
+        case TraversalKind::bvh2:
+            run_on<TraversalKind::bvh2, P>(scene, kind, queries, schedule, output);
+            break;
+        case TraversalKind::bvh2_stackless:
+            run_on<TraversalKind::bvh2_stackless, P>(scene, kind, queries, schedule, output);
+            break;
+        case TraversalKind::bvh8:
+            run_on<TraversalKind::bvh8, P>(scene, kind, queries, schedule, output);
+            break;
     }
 }
 
@@ -95,6 +115,12 @@ void check_queries(std::span<const RayQuery<float>> queries) {
     }
 }
 
+void check_replay_precision(PrecisionKind precision) {
+    if (precision == PrecisionKind::fp64) {
+        throw std::invalid_argument("rays are replayed in the precisions watertight and fast only");
+    }
+}
+
 void check_repeats(int repeats) {
     if (repeats < 1) throw std::invalid_argument("repeats must be at least 1");
 }
@@ -106,6 +132,7 @@ ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>>
     if (schedule.count && schedule.intersector == IntersectorKind::embree) {
         throw std::invalid_argument("Embree does not count what it visits");
     }
+    check_replay_precision(schedule.precision);
     check_queries(queries);
     const ThreadLimit limit(schedule.threads);
     ReplayOutput output;
@@ -114,19 +141,10 @@ ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>>
         run(embree_replay(kind), embree_scene, queries, schedule.repeats, output);
         return output;
     }
-    switch (schedule.traversal) {
-        case TraversalKind::brute_force:
-            run_on<TraversalKind::brute_force>(scene, kind, queries, schedule, output);
-            break;
-        case TraversalKind::bvh2:
-            run_on<TraversalKind::bvh2>(scene, kind, queries, schedule, output);
-            break;
-        case TraversalKind::bvh2_stackless:
-            run_on<TraversalKind::bvh2_stackless>(scene, kind, queries, schedule, output);
-            break;
-        case TraversalKind::bvh8:
-            run_on<TraversalKind::bvh8>(scene, kind, queries, schedule, output);
-            break;
+    if (schedule.precision == PrecisionKind::fast) {
+        run_in<Fast>(scene, kind, queries, schedule, output);
+    } else {
+        run_in<Watertight>(scene, kind, queries, schedule, output);
     }
     return output;
 }

@@ -7,6 +7,7 @@
 #include "core/accel/tally.h"
 #include "core/accel/traversal.h"
 #include "core/engine/replay.h"
+#include "core/precision.h"
 #include "cpu/render.h"
 
 namespace haste {
@@ -19,11 +20,12 @@ struct ReplayOutput {
     std::optional<Tally> visited;  ///< by all rays together, where they were counted
 };
 
-/// How a replay is run on the processor: it changes no hit.
+/// How a replay is run on the processor: but for the precision it changes no hit.
 struct ReplaySchedule {
     IntersectorKind intersector = IntersectorKind::haste;
-    TraversalKind traversal = default_traversal;  ///< where haste intersects
-    int threads = 0;                              ///< 0: all
+    TraversalKind traversal = default_traversal;          ///< where haste intersects
+    PrecisionKind precision = PrecisionKind::watertight;  ///< or fast
+    int threads = 0;                                      ///< 0: all
     int repeats = 1;
     bool count = false;  ///< counts what is visited, in one repeat more that is not timed
 };
@@ -31,6 +33,9 @@ struct ReplaySchedule {
 /// Throws std::invalid_argument naming the first ray that is not finite, or whose interval
 /// (t_min, t_max] is not one of distances.
 void check_queries(std::span<const RayQuery<float>> queries);
+
+/// Throws std::invalid_argument for a precision whose rays are no queries in single precision.
+void check_replay_precision(PrecisionKind precision);
 
 /// Throws std::invalid_argument unless there is something to time.
 void check_repeats(int repeats);

@@ -9,6 +9,7 @@
 
 #include "core/accel/traversal.h"
 #include "core/base/features.h"
+#include "cuda/kernels/resident_params.h"
 
 namespace haste::cuda {
 
@@ -35,6 +36,7 @@ struct PrecisionEntry {
 
 constexpr std::array precisions{
     PrecisionEntry{"watertight", "haste::Watertight", "--fmad=false"},
+    PrecisionEntry{"fast", "haste::Fast", "--use_fast_math"},
 };
 
 /// A film is the type that a thread adds up what it contributes.
@@ -53,6 +55,7 @@ struct KernelEntry {
     std::string_view name;
     std::string_view header;
     std::string_view parameters;
+    bool only_traces = false;  ///< by resident warps, where the traversal has such
 };
 
 constexpr std::array kernels{
@@ -60,9 +63,10 @@ constexpr std::array kernels{
     KernelEntry{"packet", "packet.cuh", "haste::PacketParams"},
     KernelEntry{"wavefront_plan", "wavefront.cuh", "haste::WavefrontParams"},
     KernelEntry{"wavefront_generate", "wavefront.cuh", "haste::WavefrontParams"},
-    KernelEntry{"wavefront_closest_hit", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_closest_hit", "wavefront.cuh", "haste::WavefrontParams", true},
     KernelEntry{"wavefront_shade", "wavefront.cuh", "haste::WavefrontParams"},
-    KernelEntry{"wavefront_any_hit", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_close_gap", "wavefront.cuh", "haste::WavefrontParams"},
+    KernelEntry{"wavefront_any_hit", "wavefront.cuh", "haste::WavefrontParams", true},
     KernelEntry{"persistent", "persistent.cuh", "haste::PersistentParams"},
 };
 
@@ -107,6 +111,12 @@ std::string hexadecimal(std::uint32_t bits) {
 /// Which kinds of primitive a scene has: all that a replay kernel is compiled for.
 std::uint32_t primitive_features(std::uint32_t features) {
     return features & (feature_triangles | feature_spheres);
+}
+
+/// Two such blocks a multiprocessor leave a thread 64 registers, which are enough: the compiler by
+/// itself takes a few more and the multiprocessor runs fewer warps.
+std::string resident_bounds() {
+    return "__launch_bounds__(" + std::to_string(max_resident_block) + ", 2) ";
 }
 
 void check_traversal(const std::string& name) {
@@ -192,7 +202,9 @@ std::string kernel_source(const KernelSpecification& specification) {
               ", " + std::to_string(specification.stack_capacity) + ", " + std::string(film.type) +
               ", " + flag(specification.layered) + ", " + flag(specification.count_rays) + ">;\n";
     // A grid constant stays in constant memory where its address is taken.
-    source += "extern \"C\" __global__ void " + std::string(kernel_entry) +
+    const bool resident =
+        kernel.only_traces && specification.traversal == name_of(TraversalKind::bvh8);
+    source += "extern \"C\" __global__ void " + (resident ? resident_bounds() : "") + kernel_entry +
               "(const __grid_constant__ " + std::string(kernel.parameters) + " parameters) {\n";
     source += "    haste::" + std::string(kernel.name) + "<Config>(parameters);\n}\n";
     return source;

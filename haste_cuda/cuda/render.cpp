@@ -48,6 +48,7 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
                                      TraversalKind traversal) {
     KernelSpecification specification;
     specification.model = model_name(model);
+    specification.precision = name_of(schedule.precision);
     const bool clamps = model == ModelKind::path && settings.clamp < Numeric<float>::infinity;
     specification.features = host.features() | (clamps ? u32(feature_clamp) : 0u);
     specification.traversal = name_of(traversal);

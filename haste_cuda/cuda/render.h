@@ -25,7 +25,8 @@ struct CudaOutput {
 /// How a replay is run on the GPU: it changes no hit.
 struct CudaReplaySchedule {
     TraversalKind traversal = default_traversal;
-    int block = 128;  ///< threads
+    PrecisionKind precision = PrecisionKind::watertight;  ///< or fast
+    int block = 128;                                      ///< threads
     int repeats = 1;
     bool count = false;  ///< counts what is visited, in one repeat more that is not timed
 };

@@ -4,6 +4,7 @@
 #include "core/accel/traversal.h"
 #include "cuda/event.h"
 #include "cuda/kernels/replay_params.h"
+#include "cuda/kernels/resident_params.h"
 #include "cuda/renderer_state.h"
 #include "host/stopwatch.h"
 
@@ -50,12 +51,13 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
                                   std::span<const RayQuery<float>> queries, QueryKind kind,
                                   const CudaReplaySchedule& schedule) {
     check_block(schedule.block);
-    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > 512) {
+    if (schedule.traversal == TraversalKind::bvh8 && schedule.block > max_resident_block) {
         throw std::invalid_argument(
             "block must be at most 512 with bvh8, whose stacks lie in shared memory, not " +
             std::to_string(schedule.block));
     }
     check_repeats(schedule.repeats);
+    check_replay_precision(schedule.precision);
     check_queries(queries);
     // The counter of rays may run ahead by a warp a warp.
     if (queries.size() > 0xf0000000u) throw std::invalid_argument("too many rays for one replay");
@@ -65,6 +67,7 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     ReplaySpecification specification;
     specification.any_hit = kind == QueryKind::any_hit;
     specification.traversal = name_of(schedule.traversal);
+    specification.precision = name_of(schedule.precision);
     specification.features = host.features();
     const Kernel& kernel = state_->kernels.get(specification);
     output.compile_seconds = kernel.build_seconds();

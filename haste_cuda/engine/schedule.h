@@ -7,6 +7,7 @@
 #include "core/base/traversal_kind.h"
 #include "core/engine/ray_tree.h"
 #include "core/film/fixed_point.h"
+#include "core/precision.h"
 
 namespace haste {
 
@@ -28,8 +29,8 @@ enum class FilmKind { int64, float_atomic };
 /// `layers`: contributions that rays carry (equation 9) or weights of layers (equation 8).
 enum class Accumulation { flat, layer_weighted };
 
-/// How a render is scheduled. But for the film's kind and the accumulation, none of it changes a
-/// bit of the film.
+/// How a render is scheduled. But for the film's kind, the accumulation and the precision, none of
+/// it changes a bit of the film.
 struct Schedule {
     EngineKind engine = EngineKind::depth_first;
     IntersectorKind intersector = IntersectorKind::haste;
@@ -43,6 +44,7 @@ struct Schedule {
     u32 streams = 3;  ///< of the engine `streams`
     int threads = 0;  ///< of the processor; 0: all
     int block = 128;  ///< threads of a CUDA block
+    PrecisionKind precision = PrecisionKind::watertight;
     bool count_rays = false;
     bool record_spans = false;  ///< of `ScheduleWork`, on the GPU
     u32 pass_samples = FixedPoint::max_pass_samples;

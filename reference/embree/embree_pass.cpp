@@ -13,9 +13,10 @@ template <template <class, class> class Model>
 PassResult model_pass_on_embree(const PassRequest& request) {
     const Model<Watertight, Features<all_features>> model(request.view, request.settings);
     const auto& scene = *static_cast<const EmbreeScene*>(request.embree_scene);
-    return request.schedule.count_rays
-               ? depth_first_pass<decltype(model), EmbreeScene, true>(request, model, scene)
-               : depth_first_pass<decltype(model), EmbreeScene, false>(request, model, scene);
+    return request.schedule.count_rays ? depth_first_pass<decltype(model), EmbreeScene, true>(
+                                             request, request.view.camera, model, scene)
+                                       : depth_first_pass<decltype(model), EmbreeScene, false>(
+                                             request, request.view.camera, model, scene);
 }
 
 }  // namespace

@@ -60,18 +60,41 @@ def share_of_unequal_pixels(a: np.ndarray, b: np.ndarray) -> float:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_gpu_and_cpu_follow_the_same_paths(scene: tuple[Path, Any], model: str):
-    """Both draw the same random numbers; only elementary functions differ, by an ulp or two.
-
-    An ulp moves a value by 1e-7 of itself, far below the threshold, and turns a comparison (at the
-    rim of a shadow, say) so rarely that 1 % of the pixels is a generous bound. Films of two seeds
-    share no pixels but black ones.
-    """
+    """Both draw the same random numbers. Films of two seeds share no pixels but black ones."""
     gpu = render(scene, model, count_rays=True)
     cpu = render(scene, model, "cpu", count_rays=True)
     unequal = share_of_unequal_pixels(gpu["film"], cpu["film"])
     assert unequal <= 0.01, f"{scene[0].name} {model}: {unequal:.2%} of the pixels differ"
     for rays in ("camera", "shadow", "ambient", "bounce"):
         assert gpu[rays] == pytest.approx(cpu[rays], rel=1e-3), f"{scene[0].name} {model} {rays}"
+
+
+ANALYTIC = sorted(
+    path.parent for path in Path(__file__).parents[2].glob("scenes/analytic/*/scene.xml")
+)
+
+
+@pytest.mark.parametrize(
+    "folder",
+    [*ANALYTIC, *(path for path in SCENES if path.name == "skull")],
+    ids=lambda path: path.name,
+)
+def test_films_of_gpu_and_cpu_are_equal_bit_for_bit(folder: Path):
+    """Sums, products, quotients, roots and fma round alike on both sides, and there is no more."""
+    own = (folder, to_core(load_scene(folder, width=SIZE, height=SIZE), 2))
+    for model in load_settings(folder).models:
+        gpu, cpu = render(own, model), render(own, model, "cpu")
+        differ = (gpu["film"] != cpu["film"]).any(axis=-1)
+        assert gpu["film_sha256"] == cpu["film_sha256"], f"{model}: {differ.sum()} pixels differ"
+
+
+def test_fast_arithmetic_is_not_equal_and_nearly_right():
+    """Negative control of equal bits, and what the fast precision promises: nearly the same."""
+    folder = next(path for path in SCENES if path.name == "mirror-glass")
+    scene = (folder, to_core(load_scene(folder, width=SIZE, height=SIZE), 2))
+    fast, cpu = render(scene, "path", precision="fast"), render(scene, "path", "cpu")
+    assert fast["film_sha256"] != cpu["film_sha256"]
+    assert share_of_unequal_pixels(fast["film"], cpu["film"]) < 0.1
 
 
 def test_a_clamp_is_that_of_the_cpu_and_costs_no_bit_where_no_light_reaches_it(

@@ -34,6 +34,13 @@ def test_a_replay_kernel_spills_nothing(
     )
 
 
+@pytest.mark.parametrize("traversal", TRAVERSALS)
+def test_a_replay_kernel_of_fast_arithmetic_spills_nothing(compiler: ModuleType, traversal: str):
+    check(
+        compiler.compile_replay_kernel(False, "fast", TRIANGLES, traversal, architecture=90),
+    )
+
+
 @pytest.mark.parametrize("any_hit", [False, True], ids=["closest", "any_hit"])
 @pytest.mark.parametrize("traversal", TRAVERSALS)
 def test_a_replay_kernel_that_counts_spills_nothing(

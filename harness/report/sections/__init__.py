@@ -3,7 +3,17 @@
 A new one is a function, a template in harness/report/templates, and a line here.
 """
 
-from harness.report.sections import costs, error, launches, outcome, rays, record, trade, viewer
+from harness.report.sections import (
+    costs,
+    error,
+    launches,
+    outcome,
+    rays,
+    record,
+    stability,
+    trade,
+    viewer,
+)
 from harness.report.sections.section import Section
 
 SECTIONS = (
@@ -18,6 +28,7 @@ SECTIONS = (
     Section("engines", "Engines", launches.engines),
     Section("launches", "Launches", launches.launches),
     Section("rays", "Rays", rays.rays),
+    Section("stability", "Stability", stability.stability),
     Section("eye-rays", "Eye rays", rays.eye_rays),
     Section("speed", "Speed", costs.speed),
     Section("times", "Time, memory, energy", costs.times),

@@ -9,6 +9,12 @@
 
 namespace haste {
 
+/// The t_min of rays that start at their origin, as those of images do: known to the compiler.
+template <class Real>
+struct AtOrigin {
+    HASTE_HD constexpr operator Real() const { return Real(0); }
+};
+
 /// What is asked of a ray, answered by a traversal `I` of precision `P`, which has
 ///
 ///     traverse(origin, direction, t_min, t_max, visit)
@@ -22,7 +28,7 @@ public:
     using Real = typename P::Real;
 
     HASTE_HD Hit<Real> closest(const Ray<Real>& ray) const {
-        return closest(ray.origin, ray.direction, AtOrigin(), Numeric<Real>::infinity);
+        return closest(ray.origin, ray.direction, AtOrigin<Real>(), Numeric<Real>::infinity);
     }
 
     HASTE_HD Hit<Real> closest(const RayQuery<Real>& query) const {
@@ -30,7 +36,7 @@ public:
     }
 
     HASTE_HD bool occluded(const ShadowRay<Real>& ray) const {
-        return traversal().traverse(ray.origin, ray.direction, AtOrigin(), ray.t_max,
+        return traversal().traverse(ray.origin, ray.direction, AtOrigin<Real>(), ray.t_max,
                                     [&](u32, u32 shape, const PrimitiveHit<Real>& hit, Real&) {
                                         return hit.t < ray.t_max && shape != ray.owner;
                                     });
@@ -43,11 +49,6 @@ public:
     }
 
 private:
-    /// The t_min of rays that start at their origin, as those of images do: known to the compiler.
-    struct AtOrigin {
-        HASTE_HD constexpr operator Real() const { return Real(0); }
-    };
-
     HASTE_HD const I& traversal() const { return static_cast<const I&>(*this); }
 
     template <class Start>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/config.h"
+#include "core/math/numeric.h"
 
 namespace haste {
 
@@ -44,8 +44,9 @@ static_assert(sizeof(Bvh8Node) == 80, "five 16-byte loads");
 inline constexpr u32 bvh8_width = 8;
 inline constexpr u32 max_bvh8_leaf = 3;  ///< primitives
 
-/// In steps of a node's grid.
-inline constexpr float plane_margin = 0x1p-7f;
+/// In steps of a node's grid: four roundings of `plane_offset`, of which the traversal loses two.
+inline constexpr float plane_margin = 4.0f * Numeric<float>::unit_roundoff * plane_offset;
+static_assert(128.0f * plane_margin == 1.0f);
 
 /// Deepest tree that the traversal's stack can follow; the builder refuses a deeper one.
 inline constexpr u32 max_bvh8_depth = 32;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/math/elementary.h"
 #include "core/math/vec3.h"
 
 namespace haste {

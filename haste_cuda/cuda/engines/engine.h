@@ -55,7 +55,11 @@ protected:
 
     /// Blocks that fill the device.
     [[nodiscard]] std::size_t resident_grid(const Kernel& kernel) const {
-        const int blocks = kernel.resident_blocks(request_.schedule.block);
+        return resident_grid(kernel, request_.schedule.block, 0);
+    }
+    [[nodiscard]] std::size_t resident_grid(const Kernel& kernel, int block,
+                                            std::size_t dynamic_shared_bytes) const {
+        const int blocks = kernel.resident_blocks(block, dynamic_shared_bytes);
         // Refused by the launch, with its own message, where no block fits.
         return std::size_t(blocks > 0 ? blocks : 1) *
                std::size_t(request_.device.info().multiprocessors);

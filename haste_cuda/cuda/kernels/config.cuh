@@ -16,9 +16,13 @@ template <template <class, class> class M, class F, class P, TraversalKind Trave
           class FilmSumType, bool Layered, bool Count>
 struct KernelConfig {
     using Real = typename P::Real;
+    using Features = F;
+    using Precision = P;
     using Model = M<P, F>;
     using Intersector = IntersectorOf<Traversal, P, F>;
     using Sum = FilmSumType;
+    /// Whether a step that only traces is done by warps that stay: `trace_resident`.
+    static constexpr bool resident = Traversal == TraversalKind::bvh8;
     static constexpr u32 stack_capacity = Capacity;  ///< rays that a private stack holds
     static constexpr bool layered = Layered;  ///< a film a layer, weighted afterwards (equation 8)
     static constexpr bool count = Count;

@@ -17,7 +17,4 @@ struct ReplayParams {
     Tally* visited;  ///< of a kernel that counts: by all rays together
 };
 
-/// Stack entries of a thread of `replay_resident` that lie in shared memory, eight bytes each.
-inline constexpr u32 shared_stack_entries = 8;
-
 }  // namespace haste

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "cuda/kernels/config.cuh"
+#include "cuda/kernels/resident.cuh"
 #include "cuda/kernels/wavefront_params.h"
 
 namespace haste {
@@ -11,64 +12,119 @@ struct GridLoop {
     u32 step = gridDim.x * blockDim.x;
 };
 
+/// A structure of whole 16-byte words, loaded by as many instructions.
+template <class T>
+__device__ T load_words(const T& from) {
+    struct Words {
+        uint4 word[sizeof(T) / sizeof(uint4)];
+    } words;
+    for (u32 i = 0; i < sizeof(T) / sizeof(uint4); ++i) {
+        words.word[i] = reinterpret_cast<const uint4*>(&from)[i];
+    }
+    return __builtin_bit_cast(T, words);
+}
+
 /// Step 1, one thread: decides what the next packet is made of.
 template <class C>
 __device__ void wavefront_plan(const WavefrontParams& parameters) {
     WavefrontState& state = *parameters.state;
+    const u64 bytes = u64(state.rest + state.packet + state.children) * sizeof(Ray<float>) +
+                      u64(state.packet) * sizeof(Hit<float>) +
+                      u64(state.shadows) * ShadowList::ray_bytes;
+    if (bytes > state.peak_bytes) state.peak_bytes = bytes;
+    if (state.rest == 0) state.first = state.child_start;
+    const u32 waiting = state.rest + state.children;
     const PacketPlan plan =
-        parameters.admission.next(state.waiting, parameters.camera_rays - state.next_camera_ray);
-    // What the step before wrote is read for the last time here.
+        parameters.admission.next(waiting, parameters.camera_rays - state.next_camera_ray);
+    const auto wrapped = [&](u32 place) {
+        return place < parameters.queue_size ? place : place - parameters.queue_size;
+    };
     state.next_camera_ray += plan.born;
-    state.peak = state.waiting > state.peak ? state.waiting : state.peak;
-    state.waiting -= u32(plan.pending);
-    state.packet_start = state.waiting;
+    state.rest = waiting - u32(plan.pending);
+    state.packet_start = wrapped(state.first + state.rest);
     state.pending = u32(plan.pending);
     state.packet = u32(plan.size());
+    state.child_start = wrapped(state.packet_start + state.packet);
+    state.children = 0;
     state.shadows = 0;
+    state.next_ray = 0;
+    state.next_shadow = 0;
     state.done = plan.size() == 0;
     if (!state.done) ++state.packets;
 }
 
-/// Step 2: moves the pending rays out of the way of their children and makes the camera rays.
+/// Step 2: makes the camera rays.
 template <class C>
 __device__ void wavefront_generate(const WavefrontParams& parameters) {
     const WavefrontState& state = *parameters.state;
     const RenderParams& render = parameters.render;
     const u64 first_camera_ray = state.next_camera_ray - (state.packet - state.pending);
     const GridLoop grid;
-    for (u32 i = grid.first; i < state.packet; i += grid.step) {
-        parameters.packet[i] =
-            i < state.pending
-                ? parameters.queue[state.packet_start + i]
-                : render.range.ray(render.scene.camera, first_camera_ray + (i - state.pending));
+    for (u32 i = state.pending + grid.first; i < state.packet; i += grid.step) {
+        parameters.ray(state.packet_start + i) =
+            render.range.ray(render.scene.camera, first_camera_ray + (i - state.pending));
     }
 }
+
+/// The rays of the packet, and where their hits go.
+struct ClosestHitTask {
+    static constexpr bool any_hit = false;
+    using Start = AtOrigin<float>;
+    const WavefrontParams& parameters;
+
+    __device__ u32 count() const { return __ldg(&parameters.state->packet); }
+    __device__ u32* next() const { return &parameters.state->next_ray; }
+
+    __device__ static Start t_min(const RayQuery<float>&) { return {}; }
+
+    __device__ RayQuery<float> load(u32 index) const {
+        const auto* words = reinterpret_cast<const float4*>(
+            &parameters.ray(__ldg(&parameters.state->packet_start) + index));
+        const float4 a = __ldcs(words), b = __ldcs(words + 1);
+        return {{a.x, a.y, a.z}, 0.0f, {a.w, b.x, b.y}, Numeric<float>::infinity};
+    }
+
+    __device__ void note(u32 index, const Hit<float>& hit) const {
+        reinterpret_cast<float4*>(parameters.hits)[index] = {hit.t, hit.b1, hit.b2,
+                                                             bits_float(hit.primitive)};
+    }
+
+    __device__ u32 noted(u32 index) const { return parameters.hits[index].primitive; }
+};
 
 /// Step 3: the closest hit of every ray.
 template <class C>
 __device__ void wavefront_closest_hit(const WavefrontParams& parameters) {
-    const typename C::Intersector intersector(parameters.render.scene);
-    const u32 packet = parameters.state->packet;
-    const GridLoop grid;
-    for (u32 i = grid.first; i < packet; i += grid.step) {
-        parameters.hits[i] = intersector.closest(parameters.packet[i]);
+    const SceneView<float>& scene = parameters.render.scene;
+    if constexpr (C::resident) {
+        trace_resident<ClosestHitTask, typename C::Features, typename C::Precision>(scene,
+                                                                                    {parameters});
+    } else {
+        const typename C::Intersector intersector(scene);
+        const WavefrontState& state = *parameters.state;
+        const u32 packet = state.packet;
+        const GridLoop grid;
+        for (u32 i = grid.first; i < packet; i += grid.step) {
+            parameters.hits[i] = intersector.closest(parameters.ray(state.packet_start + i));
+        }
     }
 }
 
 /// Receives what a model sends out while nothing is traced.
 template <class C>
 struct ShadeOut {
-    const FixedPoint& format;
+    const WavefrontParams& parameters;
     typename C::Sum& sum;
-    CompactRays<C> children;
-    ShadowRay<float>* shadows;
-    u32* shadow_count;
 
     __device__ void radiance(const Ray<float>&, const Vec3<float>& value, u32 rounding) {
-        sum.add(format, value, rounding);
+        sum.add(parameters.render.film.format, value, rounding);
     }
-    __device__ void shadow(const ShadowRay<float>& ray) { shadows[claim(shadow_count)] = ray; }
-    __device__ void child(const Ray<float>& ray) { children.push(ray); }
+    __device__ void shadow(const ShadowRay<float>& ray) {
+        parameters.shadows.put(claim(&parameters.state->shadows), ray);
+    }
+    __device__ void child(const Ray<float>& ray) {
+        parameters.ray(parameters.state->child_start + claim(&parameters.state->children)) = ray;
+    }
 };
 
 /// Step 4: shades every hit; children go to the queue, shadow rays to a list of their own.
@@ -76,20 +132,15 @@ template <class C>
 __device__ void wavefront_shade(const WavefrontParams& parameters) {
     const RenderParams& render = parameters.render;
     const typename C::Model model(render.scene, render.settings);
-    WavefrontState& state = *parameters.state;
-    const u32 packet = state.packet;
+    const u32 packet = parameters.state->packet;
     RayCounts rays;
     const GridLoop grid;
     for (u32 i = grid.first; i < packet; i += grid.step) {
-        const Ray<float> ray = parameters.packet[i];
+        const Ray<float> ray = load_words(parameters.ray(parameters.state->packet_start + i));
         if constexpr (C::count) rays.count(ray);
-        const Hit<float> hit = parameters.hits[i];
+        const Hit<float> hit = load_words(parameters.hits[i]);
         typename C::Sum sum;
-        ShadeOut<C> out{render.film.format,
-                        sum,
-                        {parameters.queue, &state.waiting},
-                        parameters.shadows,
-                        &state.shadows};
+        ShadeOut<C> out{parameters, sum};
         if (hit.found()) {
             model.shade(ray, hit, out);
         } else {
@@ -100,23 +151,78 @@ __device__ void wavefront_shade(const WavefrontParams& parameters) {
     if constexpr (C::count) add_counts(render.rays, rays);
 }
 
-/// Step 5: what no shadow ray finds blocked reaches the film.
+/// Step 5: where older rays wait, the youngest children close the gap above them.
+template <class C>
+__device__ void wavefront_close_gap(const WavefrontParams& parameters) {
+    const WavefrontState& state = *parameters.state;
+    if (state.rest == 0) return;
+    const u32 moved = min(state.packet, state.children);
+    const u32 from = state.child_start + (state.children - moved);
+    const GridLoop grid;
+    for (u32 i = grid.first; i < moved; i += grid.step) {
+        parameters.ray(state.packet_start + i) = load_words(parameters.ray(from + i));
+    }
+}
+
+/// The shadow rays of the packet; what is not blocked reaches the film.
+template <class C>
+struct AnyHitTask {
+    static constexpr bool any_hit = true;
+    using Start = AtOrigin<float>;
+    const WavefrontParams& parameters;
+
+    __device__ u32 count() const { return __ldg(&parameters.state->shadows); }
+    __device__ u32* next() const { return &parameters.state->next_shadow; }
+
+    __device__ static Start t_min(const RayQuery<float>&) { return {}; }
+
+    __device__ RayQuery<float> load(u32 index) const {
+        const auto* words = reinterpret_cast<const float4*>(parameters.shadows.ways + index);
+        const float4 a = __ldcs(words), b = __ldcs(words + 1);
+        return {{a.x, a.y, a.z}, 0.0f, {b.x, b.y, b.z}, a.w};
+    }
+
+    /// The owner is looked up here, for a lane that kept it would want a register more.
+    __device__ bool blocks(u32 index, u32 shape, float t, float t_max) const {
+        return t < t_max && shape != __ldg(&parameters.shadows.ways[index].owner);
+    }
+
+    __device__ void note(u32, const Hit<float>&) const {}
+
+    __device__ void miss(u32 index) const {
+        const FilmTarget& film = parameters.render.film;
+        const float4 light =
+            __ldcs(reinterpret_cast<const float4*>(parameters.shadows.lights) + index);
+        const u32 pixel = float_bits(light.w);
+        typename C::Sum sum;
+        sum.add(film.format, Vec3<float>{light.x, light.y, light.z},
+                __ldcs(parameters.shadows.roundings + index));
+        add_to_film(film, pixel, pixel, sum);
+    }
+};
+
+/// Step 6: what no shadow ray finds blocked reaches the film.
 template <class C>
 __device__ void wavefront_any_hit(const WavefrontParams& parameters) {
     const RenderParams& render = parameters.render;
-    const typename C::Intersector intersector(render.scene);
-    const u32 shadows = parameters.state->shadows;
-    RayCounts rays;
     const GridLoop grid;
-    for (u32 i = grid.first; i < shadows; i += grid.step) {
-        const ShadowRay<float> ray = parameters.shadows[i];
-        if constexpr (C::count) ++rays.shadow;
-        if (intersector.occluded(ray)) continue;
-        typename C::Sum sum;
-        sum.add(render.film.format, ray.value, ray.rounding);
-        add_to_film(render.film, ray.pixel, ray.pixel, sum);
+    const u32 shadows = parameters.state->shadows;
+    if constexpr (C::count) {
+        if (grid.first == 0) atomicAdd(&render.rays->shadow, u64(shadows));
     }
-    if constexpr (C::count) add_counts(render.rays, rays);
+    if constexpr (C::resident) {
+        trace_resident<AnyHitTask<C>, typename C::Features, typename C::Precision>(render.scene,
+                                                                                   {parameters});
+    } else {
+        const typename C::Intersector intersector(render.scene);
+        for (u32 i = grid.first; i < shadows; i += grid.step) {
+            const ShadowRay<float> ray = parameters.shadows.get(i);
+            if (intersector.occluded(ray)) continue;
+            typename C::Sum sum;
+            sum.add(render.film.format, ray.value, ray.rounding);
+            add_to_film(render.film, ray.pixel, ray.pixel, sum);
+        }
+    }
 }
 
 }  // namespace haste

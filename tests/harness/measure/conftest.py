@@ -72,7 +72,7 @@ def make_config(scene_path: Path, tmp_path: Path) -> Any:
             "scene_settings": {},
             "tracer_settings": {},
         }
-        file = tmp_path / "config.yaml"
+        file = tmp_path / "config.json"
         file.write_text(json.dumps(merge(tiny, changes)))
         return load_config(file)
 

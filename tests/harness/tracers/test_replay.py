@@ -123,6 +123,10 @@ def test_every_traversal_of_the_core_gives_the_same_hits(name: str):
     expected = tracer.trace(*rays)
     for way in tracer.ways():
         hits = tracer.trace(*rays, way=way)
+        if way.precision == "fast":
+            # A ray in some thousand may pass through an edge, and distances round in another way.
+            assert (hits.primitive != expected.primitive).mean() < 1e-3, way
+            continue
         assert np.array_equal(hits.t, expected.t), way
         assert np.array_equal(hits.primitive, expected.primitive), way
         structure = tracer.structure(way)

@@ -11,8 +11,9 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "rays", "study", "tables", "report", "check", "baseline"}
-    wanted |= {"compare", "features", "available", "published"}
+    wanted = {"truth", "measure", "rays", "stability", "modes", "surfaces", "study"}
+    wanted |= {"tables", "report", "check", "baseline", "compare", "features", "available"}
+    wanted |= {"published"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 

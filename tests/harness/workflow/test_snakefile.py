@@ -25,6 +25,7 @@ def test_a_dry_run_plans_two_jobs_a_scene_and_one_of_rays_then_tables_and_report
         assert f"{scene}: images and times of every tracer" in text, text
     for scene in ("skull", "bunny"):
         assert f"{scene}: the same rays through every tracer" in text, text
+    assert "bumpy-16k: rays at its edges and vertices through every tracer" in text, text
     assert "Report of the run" in text and "Tables of the run" in text, text
 
 
@@ -60,7 +61,7 @@ def test_the_linter_finds_nothing():
 
 
 def test_timed_jobs_own_every_core():
-    for rule in ("truth", "measure", "rays"):
+    for rule in ("truth", "measure", "rays", "stability"):
         text = (ROOT / "harness" / "rules" / f"{rule}.smk").read_text()
         assert "threads: workflow.cores" in text, rule
 
