@@ -218,7 +218,7 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
         figure, all_axes = make_panels(-(-len(shown) // 3), 3, 2.9)
         for axes, panel in zip(all_axes, shown, strict=False):
             sizes: set[int] = set()
-            top = 0.0
+            rates: list[float] = []
             for tracer in [tracer for other, tracer in swept if other == panel]:
                 for order, line in (("fifo", "-"), ("lifo", "--")):
                     found = _packets(measurements, panel, tracer, order)
@@ -227,15 +227,20 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
                     sizes |= set(found)
                     mega = [interval.scaled(1e-6) for interval in found.values()]
                     _error_bars(axes, [float(n) for n in found], mega, tracer, linestyle=line)
-                    top = max(top, *(interval.value for interval in mega))
+                    rates += [interval.value for interval in mega]
                     knee = find_knee(found)
                     place = (knee, 1e-6 * found[knee].value)
                     axes.plot(*place, color=colour_of(tracer), marker=marker_of(tracer), ms=6.5)
-                top = max(top, _reference(axes, measurements, panel, tracer))
+                rates += _reference(axes, measurements, panel, tracer)
             powers_of_two(axes, sizes, max(1, len(sizes) // 4))
             axes.xaxis.set_major_formatter(FuncFormatter(power_of_two))
             # Intervals of a few repeats may be huge; the values must stay readable.
-            axes.set_ylim(0.0, 1.25 * top)
+            axes.set_yscale("log")
+            axes.set_ylim(0.6 * min(rates), 1.7 * max(rates))
+            steps = (1.0, 2.0, 5.0) if max(rates) < 30.0 * min(rates) else (1.0,)
+            axes.yaxis.set_major_locator(LogLocator(subs=steps))
+            axes.yaxis.set_minor_locator(NullLocator())
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.set_title(f"{panel[0]}, {panel[1]}")
             axes.set_xlabel("rays a packet")
         for axes in all_axes[len(shown) :]:
@@ -274,15 +279,15 @@ def _packets(
     )
 
 
-def _reference(axes: Axes, measurements: Measurements, panel: Panel, tracer: str) -> float:
-    """Draw the same tracer's depth-first engine as a line with its interval; returns its height."""
+def _reference(axes: Axes, measurements: Measurements, panel: Panel, tracer: str) -> list[float]:
+    """Draw the same tracer's depth-first engine as a line with its interval; its rate, if any."""
     rate = measurements.find(
         "rays_per_second", scene=panel[0], model=panel[1], tracer=tracer, case="rays=all"
     )
     if rate is None:
-        return 0.0
+        return []
     colour = colour_of(tracer)
     axes.axhline(1e-6 * rate.value, color=colour, ls=":", lw=1.3)
     if np.isfinite(rate.lower):
         axes.axhspan(1e-6 * rate.lower, 1e-6 * rate.upper, color=colour, alpha=0.12, lw=0)
-    return 1e-6 * rate.value
+    return [1e-6 * rate.value]
