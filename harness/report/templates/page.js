@@ -98,4 +98,16 @@
   addEventListener("hashchange", unfold);
   unfold();
   document.documentElement.classList.add("scripted");
+
+  // What was left out for the first view is laid out when there is time, from the top: pictures of
+  // the whole page, and lengths of the scroll bar, are then right.
+  const settle = (sections) => {
+    const [next, ...rest] = sections;
+    if (!next) return;
+    next.style.contentVisibility = "visible";
+    requestIdleCallback(() => settle(rest));
+  };
+  addEventListener("load", () => {
+    requestIdleCallback(() => settle([...document.querySelectorAll("main > section")]));
+  });
 })();
