@@ -9,10 +9,18 @@ from pathlib import Path
 from jinja2 import Template
 from matplotlib.figure import Figure
 
-from harness.report.style import BAND, FAINT, GRID, INK, save_svg
+from harness.report.style import BAND, FAINT, GRID, INK, colour_of, save_svg
 
-NEUTRAL = {INK: "--ink", FAINT: "--faint", GRID: "--grid", BAND: "--band", "#ffffff": "--figure"}
-"""Colours of a figure that follow the page's: what is not a tracer's turns dark with it."""
+VARIABLES = {
+    INK: "--ink",
+    FAINT: "--faint",
+    GRID: "--grid",
+    BAND: "--band",
+    "#ffffff": "--figure",
+    "#0072b2": "--blue",
+}
+"""Colours of a figure that follow the page's. Of the tracers' only the blue is too dark for a dark
+page."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +34,13 @@ class Embedded:
     caption: str
 
 
+def colour_in_page(tracer: str) -> str:
+    """Colour of a tracer in the page, the same as in the figures within it."""
+    colour = colour_of(tracer)
+    variable = VARIABLES.get(colour.lower())
+    return f"var({variable})" if variable else colour
+
+
 def embed(svg: str, prefix: str) -> str:
     """Make an SVG file part of a page.
 
@@ -37,7 +52,7 @@ def embed(svg: str, prefix: str) -> str:
     body = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', body)
     body = re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", body)
     body = re.sub(r'href="#([^"]+)"', rf'href="#{prefix}-\1"', body)
-    for colour, variable in NEUTRAL.items():
+    for colour, variable in VARIABLES.items():
         body = re.sub(rf"(fill|stroke): {colour}\b", rf"\1: var({variable})", body)
     return body
 

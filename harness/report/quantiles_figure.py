@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
@@ -19,19 +20,23 @@ Key = tuple[str, str, str]
 """Scene, model and tracer."""
 
 
-def find_quantiles(measurements: Measurements) -> dict[Key, dict[float, Interval]]:
-    """The relMSE of single images at each quantile over the runs."""
+def find_quantiles(
+    measurements: Measurements, wanted: Sequence[str]
+) -> dict[Key, dict[float, Interval]]:
+    """The relMSE of single images of those scenes at each quantile over the runs."""
     found: dict[Key, dict[float, Interval]] = {}
     for row in measurements.rows:
-        if row.quantity == "relmse_quantile" and row.status == "ok" and row.interval.value > 0.0:
+        if row.quantity != "relmse_quantile" or row.status != "ok" or row.scene not in wanted:
+            continue
+        if row.interval.value > 0.0:
             share = float(parse_case(row.case)["quantile"])
             found.setdefault((row.scene, row.model, row.tracer), {})[share] = row.interval
     return found
 
 
-def plot_quantiles(measurements: Measurements) -> Figure | None:
+def plot_quantiles(measurements: Measurements, wanted: Sequence[str]) -> Figure | None:
     """RelMSE of nine images in ten, one panel a model, a line a scene; None without quantiles."""
-    found = find_quantiles(measurements)
+    found = find_quantiles(measurements, wanted)
     if not found:
         return None
     scenes = list(dict.fromkeys(scene for scene, _, _ in found))

@@ -10,11 +10,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from harness.report.again import commands_of
 from harness.report.bundle import write_bundle
-from harness.report.figure_files import FigureFiles
+from harness.report.figure_files import FigureFiles, colour_in_page
 from harness.report.material import Material, read_material
 from harness.report.sections import SECTIONS
 from harness.report.sections.section import Section
-from harness.report.style import colour_of
 from harness.report.tables import Table
 from harness.whole_files import write_whole, written_whole
 
@@ -63,7 +62,7 @@ def render(sections: list[Section], content: Mapping[str, Any], **more: Any) -> 
         sections=sections,
         css=(TEMPLATES / "page.css").read_text(),
         script=(TEMPLATES / "page.js").read_text(),
-        colour=colour_of,
+        colour=colour_in_page,
         open_rows=OPEN_ROWS,
         **content,
         **more,

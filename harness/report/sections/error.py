@@ -30,7 +30,9 @@ def spectrum(material: Material, figures: FigureFiles) -> Content | None:
 
 def quantiles(material: Material, figures: FigureFiles) -> Content | None:
     """How much the error of one image varies from seed to seed."""
+    # Where the radiance is known to be the same all over, an image may have no error at all.
+    scenes = [job.name for job in material.pictured]
     figure = figures.add(
-        "quantiles", plot_quantiles(material.measurements), "Error of single images", ""
+        "quantiles", plot_quantiles(material.measurements, scenes), "Error of single images", ""
     )
     return None if figure is None else {"quantiles": figure}
