@@ -60,7 +60,9 @@ def plot_quantiles(measurements: Measurements, wanted: Sequence[str]) -> Figure 
                     median.value, place, color=colour, marker=marker_of(tracer), ms=4.0, mfc="white"
                 )
             axes.set_xscale("log")
-            axes.xaxis.set_major_locator(LogLocator(numticks=6))
+            lowest, highest = axes.get_xlim()
+            steps = (1.0, 2.0, 5.0) if highest < 100.0 * lowest else (1.0,)
+            axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=6))
             axes.xaxis.set_minor_locator(NullLocator())
             axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.set_ylim(len(scenes) - 0.5, -0.5)
