@@ -44,6 +44,14 @@ def _rays(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _prices(config: Config, options: argparse.Namespace) -> int:
+    from harness.measure.prices import price_scene
+
+    for scene in options.scene or config.price_scenes:
+        price_scene(config, scene, options.threads)
+    return 0
+
+
 def _stability(config: Config, options: argparse.Namespace) -> int:
     from harness.stability.job import measure_stability
 
@@ -202,6 +210,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "truth": (_truth, "render the ground truth"),
     "measure": (_measure, "render and time every tracer"),
     "rays": (_rays, "trace the same rays with every tracer"),
+    "prices": (_prices, "compile and time programs with more features than a scene requires"),
     "stability": (_stability, "count the rays that pass between triangles, of every tracer"),
     "modes": (_modes, "render the same samples in every precision, and compare"),
     "surfaces": (_surfaces, "count rays that hit their own surface, or leak past a close one"),
@@ -220,7 +229,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
 }
 
 
-JOBS = ("truth", "measure", "rays", "stability", "modes")
+JOBS = ("truth", "measure", "rays", "prices", "stability", "modes")
 """Commands that are one job a scene."""
 
 
@@ -247,7 +256,7 @@ def _parser() -> argparse.ArgumentParser:
                 "scenes", nargs="*", metavar="SCENE", help="a scene's name, folder or Mitsuba file"
             )
             command.add_argument("--all", action="store_true", help="print every place")
-        if name in {*JOBS, "features", "generate", "thumbnails"}:
+        if name in {*JOBS, "study", "features", "generate", "thumbnails"}:
             command.add_argument(
                 "--scene", action="append", metavar="NAME", help="this scene only; may be repeated"
             )
@@ -281,7 +290,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--model", action="append", metavar="NAME", help="this model only; may be repeated"
             )
-        if name in {*JOBS, "surfaces", "available", "thumbnails"}:
+        if name in {*JOBS, "study", "surfaces", "available", "thumbnails"}:
             command.add_argument(
                 "--threads",
                 type=_positive,
@@ -302,6 +311,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for scene in getattr(options, "scene", None) or []:
             own = {
                 "rays": config.ray_scenes,
+                "prices": config.price_scenes,
                 "stability": config.stability_scenes,
                 "modes": config.mode_scenes,
             }

@@ -217,6 +217,7 @@ def _summary(description: Description) -> list[str]:
             f"  requires   {', '.join(scene.features.names()) or 'nothing'}",
             f"  contains   {', '.join(contents)}",
         ]
+        lines += [f"  dropped    {lost}" for lost in scene.dropped]
     if settings is not None:
         width, height = settings.resolution
         lines.append(

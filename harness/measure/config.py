@@ -114,6 +114,16 @@ class Config:
         """Where the rays of a scene, and what came of them, are written."""
         return self.results_dir / "rays" / scene
 
+    @property
+    def price_scenes(self) -> dict[str, Path]:
+        """Name and place of each scene whose features are priced, in the order of the settings."""
+        found = [find_scene(scene) for scene in self.values["features"]["scenes"]]
+        return {scene_name(path): path for path in found}
+
+    def price_dir(self, scene: str) -> Path:
+        """Where the prices of a scene's features are written."""
+        return self.results_dir / "features" / scene
+
     def scene_dir(self, scene: str) -> Path:
         """Where the files of one scene's job are written."""
         return self.results_dir / "scenes" / scene
@@ -260,6 +270,7 @@ def check_config(values: Mapping[str, Any]) -> Config:
     config = Config(checked)
     _check_names("scenes", checked["scenes"])
     _check_names("rays.scenes", checked["rays"]["scenes"])
+    _check_names("features.scenes", checked["features"]["scenes"])
     _check_names("stability.scenes", checked["stability"]["scenes"])
     _check_names("stability.modes.scenes", checked["stability"]["modes"]["scenes"])
     known = {*config.scenes, *(Path(name).name for name in standard_scenes())}

@@ -115,6 +115,11 @@ def ray_scene_files(config: Config) -> dict[str, list[str]]:
     return {name: files_of_scene(path) for name, path in config.ray_scenes.items()}
 
 
+def price_files(config: Config) -> dict[str, list[str]]:
+    """List the files of each scene whose features are priced, see `scene_files`."""
+    return {name: files_of_scene(path) for name, path in config.price_scenes.items()}
+
+
 def stability_scene_files(config: Config) -> dict[str, list[str]]:
     """List the files of each scene whose mesh is tested, see `scene_files`."""
     return {name: files_of_scene(path) for name, path in config.stability_scenes.items()}

@@ -80,6 +80,7 @@ def _describe(scene: Scene, settings: Settings, size: tuple[int, int]) -> dict[s
         "spheres": len(scene.spheres),
         "shapes": len(scene.shapes),
         "lights": len(scene.lights),
+        "dropped": [str(lost) for lost in scene.dropped],
     }
 
 

@@ -15,6 +15,7 @@ FOLDER = "results/again"
 """Where the row's run is written, apart from the run that is reported."""
 OF_RAYS = frozenset({"rays", "ray_ratios", "ray_hierarchies", "rays_skipped"})
 OF_STUDY = frozenset({"launch_laws", "launch_work", "queue_memory", "prices"})
+OF_FEATURES = frozenset({"feature_prices"})
 OF_STABILITY = frozenset({"cracks", "precisions", "surfaces"})
 """Tables of benchmarks that have jobs of their own; all others are of the scenes' jobs."""
 
@@ -61,15 +62,18 @@ def _changes(table: str, config: Mapping[str, Any], scene: str, model: str) -> d
     changes: dict[str, Any] = {"results_dir": FOLDER}
     if scene in known:
         changes["scenes"] = [known[scene]]
-    elif table in OF_RAYS | OF_STUDY | OF_STABILITY and asked:
+    elif table in OF_RAYS | OF_STUDY | OF_FEATURES | OF_STABILITY and asked:
         # A run renders at least one scene.
         changes["scenes"] = asked[:1]
     # Every table of scenes has ratios, or ways to the picture of `path`.
-    if model in MODELS and table not in OF_RAYS | OF_STABILITY:
+    if model in MODELS and table not in OF_RAYS | OF_FEATURES | OF_STABILITY:
         changes["models"] = list(dict.fromkeys(["path", model]))
     if "rays" in config:
         wanted = config["rays"].get("scenes", [])
         changes["rays"] = {"scenes": _chosen(wanted, scene) if table in OF_RAYS else []}
+    if "features" in config:
+        wanted = config["features"].get("scenes", [])
+        changes["features"] = {"scenes": _chosen(wanted, scene) if table in OF_FEATURES else []}
     if "study" in config:
         changes["study"] = _study(
             config["study"], wanted=table in OF_STUDY, scene=scene, model=model
@@ -99,7 +103,8 @@ def commands_of(table: Table, provenance: Mapping[str, Any]) -> list[str]:
     """The command of each row of a table, in the order of the page."""
     names = set(scene_names(provenance.get("config", {}).get("scenes", [])))
     names |= set(provenance.get("scenes", {})) | set(provenance.get("rays", {}))
-    names |= set(provenance.get("config", {}).get("stability", {}).get("scenes", []))
+    for part in ("stability", "features"):
+        names |= set(provenance.get("config", {}).get(part, {}).get("scenes", []))
     rows = [(heading, row) for heading, group in table.groups for row in group]
     one_to_one = len(table.frame) == len(rows)
     records = table.frame.to_dict("records") if one_to_one else [{}] * len(rows)

@@ -32,6 +32,8 @@ class Embedded:
     title: str
     svg: str
     caption: str
+    on_paper: bool
+    """whether its colours are a white page's, as those of a map of numbers"""
 
 
 def colour_in_page(tracer: str) -> str:
@@ -78,4 +80,4 @@ class FigureFiles:
         svg = svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)
         wildcards = {"wildcards": {"figure": name}}
         see = Template(self.what_to_see).render(snakemake=wildcards).strip()
-        return Embedded(name, title, svg, f"{caption} {see}".strip())
+        return Embedded(name, title, svg, f"{caption} {see}".strip(), "<image" in svg)

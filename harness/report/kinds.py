@@ -17,6 +17,7 @@ CATEGORIES = {
     "study": "Schedules",
     "speed": "Speed",
     "cracks": "Stability",
+    "features": "Features",
     "rays": "Rays",
     "ray": "Rays",
 }

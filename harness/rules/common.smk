@@ -16,6 +16,7 @@ from harness.measure.inputs import (
     mode_scene_files,
     module_sources,
     package_sources,
+    price_files,
     ray_scene_files,
     scene_files,
     stability_scene_files,
@@ -36,6 +37,7 @@ RUNS = join_runs(Path(".snakemake"))
 RESULTS = SETTINGS["results_dir"].rstrip("/")
 SCENES = list(SETTINGS.scenes)
 SCENE_FILES = scene_files(SETTINGS)
+PRICE_FILES = price_files(SETTINGS)
 STUDY_FILES = study_files(SETTINGS)
 PYTHON = sys.executable
 

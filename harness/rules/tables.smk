@@ -6,6 +6,7 @@ rule tables:
         truth=expand(f"{RESULTS}/scenes/{{scene}}/truth.json", scene=SCENES),
         measured=expand(f"{RESULTS}/scenes/{{scene}}/measured.json", scene=SCENES),
         rays=expand(f"{RESULTS}/rays/{{scene}}/replayed.json", scene=RAY_FILES),
+        prices=expand(f"{RESULTS}/features/{{scene}}/priced.json", scene=PRICE_FILES),
         stability=rules.stability.input,
         studies=[
             f"{RESULTS}/study/{scene}/{model}/studied.json"

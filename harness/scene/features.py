@@ -24,6 +24,8 @@ class Features:
     twosided: bool = False
     ambient: bool = False
     environment: bool = False
+    diffuse: bool = False
+    several_lights: bool = False
 
     def names(self) -> tuple[str, ...]:
         """Names of the features that are true, in the order in which they are declared."""
@@ -38,16 +40,17 @@ def compute_features(
 ) -> Features:
     """Features of the scene that these records make up.
 
-    Only materials that a shape uses count. `ambient` means that some material's k_a is not black,
-    so that the models of the paper have ambient rays to trace.
+    Only materials that a shape uses count, and nothing of a shape that is empty. `ambient` means
+    that some material's k_a is not black, so that the models of the paper have ambient rays to
+    trace; the environment is one of `several_lights`.
     """
-    used = [materials[index] for index in {shape.material for shape in shapes}]
+    used = [materials[index] for index in {shape.material for shape in shapes if shape.count > 0}]
     phong = [material for material in used if material.kind == "phong"]
     light_kinds = {shapes[light.shape].kind for light in lights}
     return Features(
-        triangles=any(shape.kind == "mesh" for shape in shapes),
+        triangles=any(shape.kind == "mesh" and shape.count > 0 for shape in shapes),
         spheres=any(shape.kind == "sphere" for shape in shapes),
-        smooth_normals=any(shape.smooth for shape in shapes),
+        smooth_normals=any(shape.smooth and shape.count > 0 for shape in shapes),
         mesh_lights="mesh" in light_kinds,
         sphere_lights="sphere" in light_kinds,
         specular=any(max(material.specular) > 0.0 for material in phong),
@@ -57,4 +60,6 @@ def compute_features(
         twosided=any(material.twosided for material in used),
         ambient=any(max(material.ambient) > 0.0 for material in phong),
         environment=environment is not None,
+        diffuse=any(max(material.diffuse) > 0.0 for material in phong),
+        several_lights=len(lights) + (environment is not None) > 1,
     )

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from harness.scene.camera import to_world_matrix
-from harness.scene.nodes import Problems, children, children_of_type
+from harness.scene.dead_weight import Dropped, make_lean
+from harness.scene.nodes import Problems, children, children_of_type, describe
 from harness.scene.ply import check_ply
 from harness.scene.variant import active_variant, parser_config
 
@@ -33,7 +34,10 @@ Indices = npt.NDArray[np.uint32]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One shape's share of a `Geometry`: see `harness.scene.records.Shape`."""
+    """One shape's share of a `Geometry`: see `harness.scene.records.Shape`.
+
+    degenerate: numbers of the triangles of its file that were dropped, ascending.
+    """
 
     node: int
     kind: str
@@ -41,13 +45,18 @@ class Part:
     count: int
     smooth: bool
     flip_normals: bool
+    degenerate: Indices
 
 
 @dataclass(frozen=True, slots=True)
 class Geometry:
-    """World space arrays as in `harness.scene.records.Scene`, with the part of each shape node."""
+    """World space arrays as in `harness.scene.records.Scene`, with the part of each shape node.
+
+    dropped: what of the meshes cannot show.
+    """
 
     parts: list[Part]
+    dropped: list[Dropped]
     vertices: Floats
     normals: Floats
     triangles: Indices
@@ -67,6 +76,8 @@ def build_geometry(state: "ParserState", problems: Problems) -> Geometry:
     What is wrong with a shape's geometry is recorded in `problems`; that shape is then left out.
     """
     parts: list[Part] = []
+    dropped: list[Dropped] = []
+    nothing = np.zeros(0, np.uint32)
     meshes: list[_Mesh] = []
     spheres: list[tuple[float, float, float, float]] = []
     triangle_count = vertex_count = 0
@@ -79,20 +90,29 @@ def build_geometry(state: "ParserState", problems: Problems) -> Geometry:
         if node.props.plugin_name() == "sphere":
             sphere, flip = _sphere(node, problems)
             if sphere is not None:
-                parts.append(Part(index, "sphere", len(spheres), 1, False, flip))
+                parts.append(Part(index, "sphere", len(spheres), 1, False, flip, nothing))
                 spheres.append(sphere)
             continue
         mesh = _disk(node) if node.props.plugin_name() == "disk" else _mesh(instance)
         if not _valid(mesh, node, problems, light=light):
             continue
-        count = len(mesh.triangles)
-        parts.append(Part(index, "mesh", triangle_count, count, mesh.normals is not None, False))
-        meshes.append(_Mesh(mesh.vertices, mesh.normals, mesh.triangles + np.uint32(vertex_count)))
+        areas = np.linalg.norm(_face_normals(mesh.vertices, mesh.triangles), axis=1)
+        lean = make_lean(mesh.vertices, mesh.normals, mesh.triangles, areas)
+        for what, lost in (
+            ("degenerate triangles", len(lean.degenerate)),
+            ("duplicate or unused vertices", lean.duplicates),
+        ):
+            if lost:
+                dropped.append(Dropped(what, lost, describe(state, node)))
+        count, smooth = len(lean.triangles), lean.normals is not None
+        parts.append(Part(index, "mesh", triangle_count, count, smooth, False, lean.degenerate))
+        meshes.append(_Mesh(lean.vertices, lean.normals, lean.triangles + np.uint32(vertex_count)))
         triangle_count += count
-        vertex_count += len(mesh.vertices)
+        vertex_count += len(lean.vertices)
     no_floats, no_indices = np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint32)
     return Geometry(
         parts=parts,
+        dropped=dropped,
         vertices=np.concatenate([no_floats, *(mesh.vertices for mesh in meshes)]),
         normals=np.concatenate(
             [

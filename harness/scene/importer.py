@@ -10,11 +10,12 @@ import numpy as np
 
 from harness.scene.camera import read_camera
 from harness.scene.checks import MAX_PIXELS, too_large
+from harness.scene.dead_weight import Dropped, unused_materials, weightless_lobes
 from harness.scene.errors import SceneError
 from harness.scene.features import compute_features
 from harness.scene.geometry import Geometry, build_geometry
 from harness.scene.materials import DEFAULT_MATERIAL, LIGHT_MATERIAL, read_material
-from harness.scene.nodes import Problems, children_of_type, colour, location, reachable
+from harness.scene.nodes import Problems, children_of_type, colour, describe, location, reachable
 from harness.scene.parse import SceneSource, parse_scene, scene_file, scene_name
 from harness.scene.records import Camera, Light, Material, Rgb, Scene, Shape
 from harness.scene.variant import mitsuba_errors
@@ -62,6 +63,7 @@ def load_scene(
         raise SceneError(scene_name(source), problems.lines)
 
     materials = _Materials(state)
+    dropped = [*unused_materials(state), *geometry.dropped]
     shapes: list[Shape] = []
     lights: list[Light] = []
     for part in geometry.parts:
@@ -70,15 +72,17 @@ def load_scene(
         emitters = children_of_type(state, node, "Emitter")
         bsdfs = children_of_type(state, node, "BSDF")
         light = -1
-        if emitters:
+        radiance = _radiance(state, emitters[0]) if emitters else None
+        if radiance is not None and max(radiance) > 0.0:
             light = len(lights)
-            radiance = _radiance(state, emitters[0])
             lights.append(Light(shape=len(shapes), radiance=radiance))
+        elif emitters:
+            dropped.append(Dropped("black light", 1, describe(state, node)))
         shapes.append(
             Shape(
                 name=name,
                 kind="sphere" if part.kind == "sphere" else "mesh",
-                material=materials.index(bsdfs[0] if bsdfs else None, name, light=light >= 0),
+                material=materials.index(bsdfs[0] if bsdfs else None, name, light=bool(emitters)),
                 light=light,
                 first=part.first,
                 count=part.count,
@@ -87,7 +91,7 @@ def load_scene(
                 location=location(state, node),
             )
         )
-    environment = _environment(state)
+    environment = _environment(state, dropped)
     return Scene(
         name=_name(source),
         path="" if isinstance(source, Mapping) else os.fspath(source),
@@ -104,6 +108,12 @@ def load_scene(
         sphere_shape=_owners(shapes, "sphere"),
         features=compute_features(shapes, materials.found, lights, environment),
         sha256=_content_hash(source, state),
+        dropped=(*dropped, *materials.dropped),
+        dropped_triangles={
+            index: part.degenerate
+            for index, part in enumerate(geometry.parts)
+            if part.degenerate.size
+        },
     )
 
 
@@ -114,12 +124,14 @@ class _Materials:
         self._state = state
         self._index: dict[int | str, int] = {}
         self.found: list[Material] = []
+        self.dropped: list[Dropped] = []
 
     def index(self, node: int | None, shape_name: str, *, light: bool) -> int:
         key: int | str = node if node is not None else ("light" if light else "default")
         if key not in self._index:
             if node is not None:
                 material = read_material(self._state, node, f"{shape_name}.bsdf")
+                self.dropped += weightless_lobes(self._state, self._state.nodes[node], material)
             else:
                 material = LIGHT_MATERIAL if light else DEFAULT_MATERIAL
             self._index[key] = len(self.found)
@@ -131,9 +143,16 @@ def _radiance(state: "ParserState", index: int) -> Rgb:
     return colour(Problems(state), state.nodes[index], "radiance", (1.0, 1.0, 1.0))
 
 
-def _environment(state: "ParserState") -> Rgb | None:
+def _environment(state: "ParserState", dropped: list[Dropped]) -> Rgb | None:
+    """Radiance of the environment; a black one is none, and named among the dropped."""
     emitters = children_of_type(state, state.nodes[0], "Emitter")
-    return _radiance(state, emitters[0]) if emitters else None
+    if not emitters:
+        return None
+    radiance = _radiance(state, emitters[0])
+    if max(radiance) > 0.0:
+        return radiance
+    dropped.append(Dropped("black environment", 1, describe(state, state.nodes[emitters[0]])))
+    return None
 
 
 def _owners(shapes: list[Shape], kind: str) -> Any:

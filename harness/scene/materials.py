@@ -59,6 +59,10 @@ def read_material(state: "ParserState", index: int, fallback_name: str) -> Mater
     material = _read(inner, Problems(state))
     assert material is not None, f"{fallback_name} was not checked"
     name = node.props.id() or inner.props.id() or fallback_name
+    # Two sides of what reflects nothing are none.
+    twosided = twosided and (
+        max(*material.diffuse, *material.specular) > 0.0 or material.reflection > 0.0
+    )
     return Material(
         name=name,
         kind=material.kind,

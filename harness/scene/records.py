@@ -1,11 +1,13 @@
 """A scene as plain records and arrays: what every tracer is given."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from harness.scene.dead_weight import Dropped
 from harness.scene.features import Features
 
 Rgb = tuple[float, float, float]
@@ -92,7 +94,8 @@ class Scene:
     uint32 [T, 3] into vertices; triangle_shape uint32 [T]; spheres float32 [S, 4] (centre, radius);
     sphere_shape uint32 [S]. `environment` is the radiance of a constant environment. `sha256` is
     the hash of the scene's XML and of every file that it refers to, and does not depend on where
-    they lie.
+    they lie. `dropped` is what import left out; `dropped_triangles` are the numbers of the
+    triangles among it, uint32, ascending, by their shape.
     """
 
     name: str
@@ -110,3 +113,5 @@ class Scene:
     sphere_shape: npt.NDArray[np.uint32]
     features: Features
     sha256: str
+    dropped: tuple[Dropped, ...]
+    dropped_triangles: Mapping[int, npt.NDArray[np.uint32]]

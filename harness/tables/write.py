@@ -13,6 +13,7 @@ from harness.tables.answers import record_answers
 from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
 from harness.tables.knobs import record_knobs
+from harness.tables.prices import read_price_jobs, record_prices
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
@@ -125,6 +126,8 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     surfaces_job = read_surfaces_job(results_dir)
     if surfaces_job is not None:
         record_surfaces(recorder, surfaces_job)
+    for price_job in read_price_jobs(results_dir):
+        record_prices(recorder, price_job)
     for study in read_study(results_dir):
         record_study(recorder, study)
     samples, measurements = recorder.frames()

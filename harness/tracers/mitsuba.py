@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.scene import RenderSettings, SceneError, load_scene, parse_scene
+from harness.scene import RenderSettings, Scene, SceneError, load_scene, parse_scene
 from harness.tracers.base import NO_OPTIONS, RenderResult, Tracer, UnsupportedError
 from harness.tracers.rays import NONE, RayHits, Rays, Way
 
@@ -55,7 +55,7 @@ class _MitsubaTracer(Tracer):
         except SceneError as error:
             raise UnsupportedError(str(error)) from error
         self.scene_path = scene_path
-        self.first_primitives: NDArray[np.uint32] | None = None
+        self.imported: Scene | None = None
         return {"load_seconds": time.perf_counter() - start}
 
     def render(
@@ -75,11 +75,8 @@ class _MitsubaTracer(Tracer):
         image, seconds = reference.render(loaded, seed, spp)
         return RenderResult(image=image, seconds=seconds)
 
-    def _number_primitives(self) -> NDArray[np.uint32]:
+    def _first_primitives(self, scene: Scene) -> NDArray[np.uint32]:
         """Number of each shape's first primitive, as the import counts them; uint32 [shapes]."""
-        from reference.mitsuba.rendering import is_recentred
-
-        scene = load_scene(self.scene_path, recentre=is_recentred(self.scene_path))
         triangles = len(scene.triangles)
         return np.array(
             [
@@ -99,12 +96,15 @@ class _MitsubaTracer(Tracer):
         import mitsuba as mi
 
         from harness.tracers.mitsuba_rays import trace
+        from reference.mitsuba.rendering import is_recentred
 
-        if self.first_primitives is None:
-            self.first_primitives = self._number_primitives()
+        if self.imported is None:
+            recentre = is_recentred(self.scene_path)
+            self.imported = load_scene(self.scene_path, recentre=recentre)
+        first, dropped = self._first_primitives(self.imported), self.imported.dropped_triangles
         mi.set_variant(self.variant)
         scene = self.loaded.scene
-        return trace(scene, self.first_primitives, rays, any_hit=any_hit, repeats=repeats)
+        return trace(scene, first, dropped, rays, any_hit=any_hit, repeats=repeats)
 
 
 class MitsubaLlvm(_MitsubaTracer):

@@ -1,6 +1,7 @@
 """Ray queries through Mitsuba: all at once in vectorised variants, one by one in scalar ones."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,13 @@ Raw = tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32], tuple[f
 
 
 def trace(
-    scene: Any, first: NDArray[np.uint32], rays: Rays, *, any_hit: bool, repeats: int = 1
+    scene: Any,
+    first: NDArray[np.uint32],
+    dropped: Mapping[int, NDArray[np.uint32]],
+    rays: Rays,
+    *,
+    any_hit: bool,
+    repeats: int = 1,
 ) -> RayHits:
     """Trace rays through a Mitsuba scene of the current variant.
 
@@ -27,6 +34,8 @@ def trace(
     first
         uint32 [shapes], number of each shape's first primitive in the import's order, `NONE` where
         Mitsuba's shape is not made of the import's primitives.
+    dropped
+        Triangles of Mitsuba's that the import has not, uint32, ascending, by the shape's number.
     rays
         The rays.
     any_hit
@@ -50,6 +59,10 @@ def trace(
     if any_hit:
         return RayHits(np.where(hit, np.float32(0.0), t), _nowhere(t), _nowhere(t), times)
     shape = np.where(hit, shape, NONE)
+    local = local.copy()
+    for number, gone in dropped.items():
+        own = shape == number
+        local[own] -= np.searchsorted(gone, local[own]).astype(np.uint32)
     base = np.full(len(t), NONE)
     base[hit] = first[shape[hit]]
     primitive = np.where(base != NONE, base + np.where(hit, local, np.uint32(0)), NONE)

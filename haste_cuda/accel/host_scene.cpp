@@ -156,20 +156,30 @@ void HostScene::find_features() {
     };
     require(!a.triangles.empty(), feature_triangles);
     require(!a.sphere_radius.empty(), feature_spheres);
-    for (const Shape& shape : a.shapes) require(shape.smooth, feature_smooth_normals);
+    std::vector<bool> used(a.materials.size());
+    for (const Shape& shape : a.shapes) {
+        if (shape.count == 0) continue;
+        used[shape.material] = true;
+        require(shape.smooth, feature_smooth_normals);
+    }
     for (const Light<float>& light : a.lights) {
         require(true, light.is_sphere ? feature_sphere_lights : feature_mesh_lights);
     }
-    for (const Material<float>& material : a.materials) {
+    for (std::size_t i = 0; i < a.materials.size(); ++i) {
+        if (!used[i]) continue;
+        const Material<float>& material = a.materials[i];
         const bool dielectric = material.kind == MaterialKind::dielectric;
         require(dielectric, feature_dielectric);
+        require(!is_zero(material.diffuse), feature_diffuse);
         require(!is_zero(material.specular), feature_specular);
         require(!dielectric && material.reflection > 0, feature_mirror);
         require(!dielectric && material.transmission > 0, feature_transmission);
         require(material.twosided, feature_twosided);
         require(!is_zero(material.ambient), feature_ambient);
     }
-    require(!is_zero(a.environment), feature_environment);
+    const bool environment = !is_zero(a.environment);
+    require(environment, feature_environment);
+    require(a.lights.size() + (environment ? 1 : 0) > 1, feature_several_lights);
 }
 
 SceneView<float> HostScene::view(TraversalKind traversal) const {

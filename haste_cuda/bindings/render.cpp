@@ -2,6 +2,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <array>
 #include <map>
@@ -11,6 +12,7 @@
 #include "bindings/arrays.h"
 #include "bindings/bindings.h"
 #include "cpu/render.h"
+#include "engine/requirements.h"
 #include "engine/schedule.h"
 
 namespace nb = nanobind;
@@ -89,6 +91,11 @@ Settings<float> make_settings(u32 max_depth, u32 rr_depth, u32 max_layers, u32 l
     return {max_depth, rr_depth, max_layers, light_samples, ambient_samples, constant, clamp, 0};
 }
 
+const std::map<std::string, EngineKind> cuda_engines{
+    {"depth_first", EngineKind::depth_first}, {"packets", EngineKind::packets},
+    {"streams", EngineKind::streams},         {"layers", EngineKind::layers},
+    {"wavefront", EngineKind::wavefront},     {"persistent", EngineKind::persistent}};
+
 QueueOrder queue_order(const std::string& name) {
     return choose<QueueOrder>("order", name,
                               {{"fifo", QueueOrder::fifo}, {"lifo", QueueOrder::lifo}});
@@ -104,8 +111,8 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
                        u32 seed, u32 samples, const std::string& engine,
                        const std::string& intersector, u64 packet, const std::string& order,
                        u64 queue_bytes, const std::string& accumulation,
-                       const std::string& precision, int threads, bool count_rays,
-                       u32 pass_samples) {
+                       const std::string& precision, u32 more_features, int threads,
+                       bool count_rays, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
     schedule.engine = choose<EngineKind>("engine", engine,
@@ -124,6 +131,7 @@ nb::dict render_on_cpu(SceneHandle& scene, const std::string& model, Settings<fl
     schedule.queue_bytes = queue_bytes;
     schedule.accumulation = accumulation_kind(accumulation);
     schedule.precision = precision_of(precision);
+    schedule.more_features = more_features;
     schedule.threads = threads;
     schedule.count_rays = count_rays;
     schedule.pass_samples = pass_samples;
@@ -143,17 +151,11 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
                         const std::optional<std::string>& traversal, u64 packet,
                         const std::string& order, const std::string& allocation, u64 queue_bytes,
                         u32 streams, const std::string& film, const std::string& accumulation,
-                        const std::string& precision, int block, bool count_rays, bool record_spans,
-                        u32 pass_samples) {
+                        const std::string& precision, u32 more_features, int block, bool count_rays,
+                        bool record_spans, u32 pass_samples) {
     const ModelKind kind = model_kind(model);
     Schedule schedule;
-    schedule.engine = choose<EngineKind>("engine", engine,
-                                         {{"depth_first", EngineKind::depth_first},
-                                          {"packets", EngineKind::packets},
-                                          {"streams", EngineKind::streams},
-                                          {"layers", EngineKind::layers},
-                                          {"wavefront", EngineKind::wavefront},
-                                          {"persistent", EngineKind::persistent}});
+    schedule.engine = choose<EngineKind>("engine", engine, cuda_engines);
     if (traversal) schedule.traversal = traversal_of(*traversal);
     schedule.packet = packet;
     schedule.order = queue_order(order);
@@ -166,6 +168,7 @@ nb::dict render_on_cuda(SceneHandle& scene, const std::string& model, Settings<f
         "film", film, {{"int64", FilmKind::int64}, {"float_atomic", FilmKind::float_atomic}});
     schedule.accumulation = accumulation_kind(accumulation);
     schedule.precision = precision_of(precision);
+    schedule.more_features = more_features;
     schedule.block = block;
     schedule.count_rays = count_rays;
     schedule.record_spans = record_spans;
@@ -205,15 +208,49 @@ void bind_render(nb::module_& module) {
              "max_layers"_a = 4, "light_samples"_a = 1, "ambient_samples"_a = 1,
              "ambient"_a = std::array<float, 3>{0.1f, 0.1f, 0.1f},
              "clamp"_a = Numeric<float>::infinity);
+    module.def(
+        "feature_names",
+        [] { return std::vector<std::string>(feature_names, feature_names + feature_count); },
+        "Names of the features, in the order of their bits.");
+    module.def(
+        "model_features",
+        [](const std::string& model) { return model_features(model_kind(model)); }, "model"_a,
+        "Bits of the features that a model has code for.");
+    module.def(
+        "required_features",
+        [](SceneHandle& scene, const std::string& model, const Settings<float>& settings) {
+            return required_features(scene.host().features(), model_kind(model), settings);
+        },
+        "scene"_a, "model"_a, "settings"_a, "Bits of the features that a render requires.");
+    module.def(
+        "stack_capacity",
+        [](const std::string& model, const Settings<float>& settings, u32 features) {
+            return stack_capacity(model_kind(model), settings, features);
+        },
+        "model"_a, "settings"_a, "features"_a,
+        "Most rays that wait where a sample is traced depth first: what a kernel's stack holds.");
+    module.def(
+        "image_traversal",
+        [](SceneHandle& scene, const std::string& engine) {
+            const SceneArrays& arrays = scene.host().arrays();
+            const u64 primitives = arrays.triangle_shape.size() + arrays.sphere_radius.size();
+            return std::string(name_of(
+                image_traversal(choose<EngineKind>("engine", engine, cuda_engines), primitives)));
+        },
+        "scene"_a, "engine"_a, "How an engine of the GPU finds what the rays of an image hit.");
+    module.def(
+        "ray_bytes", [] { return sizeof(Ray<float>); }, "Bytes of a ray that waits in a queue.");
     module.def("render_cpu", &render_on_cpu, "scene"_a, "model"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "engine"_a = "depth_first", "intersector"_a = "haste",
                "packet"_a = default_packet, "order"_a = "fifo",
                "queue_bytes"_a = default_queue_bytes, "accumulation"_a = "flat",
-               "precision"_a = "watertight", "threads"_a = 0, "count_rays"_a = false,
-               "pass_samples"_a = FixedPoint::max_pass_samples,
+               "precision"_a = "watertight", "more_features"_a = 0u, "threads"_a = 0,
+               "count_rays"_a = false, "pass_samples"_a = FixedPoint::max_pass_samples,
                "Renders on the CPU. Returns a dict: film (float64 [h, w, 3], mean radiance), "
                "film_sha256, seconds (tracing alone), rays by class (counted only if count_rays), "
                "peak_queue_bytes, non_finite, launches (packets, slices of layers, or passes). "
+               "more_features: bits of features that the program has though nothing requires them, "
+               "which changes no bit of the film. "
                "The precisions fast and fp64 are those of the engine depth_first alone. Raises "
                "ValueError on settings that make no sense and FilmOverflow naming the pixel.");
     module.def(
@@ -221,8 +258,8 @@ void bind_render(nb::module_& module) {
         "samples"_a, "engine"_a = "depth_first", "traversal"_a = nb::none(),
         "packet"_a = default_device_packet, "order"_a = "fifo", "allocation"_a = "once",
         "queue_bytes"_a = default_queue_bytes, "streams"_a = 3, "film"_a = "int64",
-        "accumulation"_a = "flat", "precision"_a = "watertight", "block"_a = 128,
-        "count_rays"_a = false, "record_spans"_a = false,
+        "accumulation"_a = "flat", "precision"_a = "watertight", "more_features"_a = 0u,
+        "block"_a = 128, "count_rays"_a = false, "record_spans"_a = false,
         "pass_samples"_a = FixedPoint::max_pass_samples,
         "Renders on the GPU. Returns the dict of render_cpu (film_sha256 is None for a film of "
         "floats; seconds are by the device's clock for depth_first, wavefront and persistent, by "

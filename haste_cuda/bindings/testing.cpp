@@ -14,6 +14,7 @@
 #include "bindings/bindings.h"
 #include "core/accel/traversal.h"
 #include "core/engine/admission.h"
+#include "core/features/all.h"
 #include "core/geometry/surface.h"
 #include "core/math/elementary.h"
 #include "core/model/phong_bsdf.h"

@@ -1,12 +1,16 @@
 #pragma once
 
 #include "core/geometry/box.h"
-#include "core/geometry/moeller_trumbore.h"
 #include "core/geometry/offset.h"
 #include "core/geometry/plain_slabs.h"
-#include "core/geometry/triangle.h"
 
 namespace haste {
+
+// Of core/features/triangles.h: types are named here, and made where there are triangles.
+template <class Real>
+struct WoopTest;
+template <class Real>
+struct MoellerTrumboreTest;
 
 /// A precision mode: the real type, the triangle test, the padding of boxes and the offset of
 /// spawned rays, in one type that is passed as a template parameter.

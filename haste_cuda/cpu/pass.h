@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/accel/traversal.h"
+#include "core/features/all.h"
 #include "core/precision.h"
 #include "cpu/layers.h"
 #include "cpu/packets.h"
@@ -42,11 +43,14 @@ PassResult run_pass_on_bvh2(const PassRequest& request) {
 /// The pass of a model on our own BVH.
 template <template <class, class> class Model>
 PassResult model_pass(const PassRequest& request) {
-    if (request.view.sphere_count == 0) {
-        return run_pass_on_bvh2<Model, feature_triangles>(request);
+    switch (request.features & (feature_triangles | feature_spheres)) {
+        case feature_triangles:
+            return run_pass_on_bvh2<Model, feature_triangles>(request);
+        case feature_spheres:
+            return run_pass_on_bvh2<Model, feature_spheres>(request);
+        default:
+            return run_pass_on_bvh2<Model, feature_triangles | feature_spheres>(request);
     }
-    if (request.view.triangle_count == 0) return run_pass_on_bvh2<Model, feature_spheres>(request);
-    return run_pass_on_bvh2<Model, feature_triangles | feature_spheres>(request);
 }
 
 /// A model's pass in another precision: depth first, all features decided at run time.

@@ -6,6 +6,7 @@
 
 #include "accel/scene_fp64.h"
 #include "cpu/pass.h"
+#include "engine/requirements.h"
 #include "host/stopwatch.h"
 #include "host/thread_limit.h"
 
@@ -44,7 +45,7 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
                               const Schedule& schedule,
                               const std::function<PassResult(const PassRequest&)>& run_pass,
                               const void* embree_scene) {
-    check_settings(model, settings, samples, schedule);
+    check_settings(scene.features(), model, settings, samples, schedule);
     check_precision(schedule);
     const ThreadLimit limit(schedule.threads);
     std::vector<double> weights = layer_weights(schedule, settings, scene.common_reflectance());
@@ -53,8 +54,10 @@ RenderOutput render_in_passes(const HostScene& scene, ModelKind model,
     request.settings = settings;
     request.format = scene.film_format(settings);
     request.schedule = schedule;
-    request.tree = ray_tree(model, settings);
-    request.stack_capacity = stack_capacity(model, settings);
+    const u32 features = compiled_features(scene.features(), model, settings, schedule);
+    request.features = features;
+    request.tree = ray_tree(model, settings, features);
+    request.stack_capacity = stack_capacity(model, settings, features);
     request.film_layers = u32(weights.size());
     request.embree_scene = embree_scene;
     std::unique_ptr<const SceneFp64> wide;

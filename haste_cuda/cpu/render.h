@@ -15,6 +15,7 @@ struct PassRequest {
     Settings<float> settings;
     FixedPoint format;
     Schedule schedule;
+    u32 features = 0;  ///< of the program: those required, and what the schedule adds
     RayTree tree;
     u32 stack_capacity = 1;              ///< of `depth_first`
     u32 film_layers = 1;                 ///< films that `layers` fills, each 3 sums a pixel

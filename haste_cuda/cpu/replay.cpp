@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/features/all.h"
 #include "core/precision.h"
 #include "cpu/replay_loop.h"
 #include "host/stopwatch.h"

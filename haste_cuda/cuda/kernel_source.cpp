@@ -113,6 +113,16 @@ std::uint32_t primitive_features(std::uint32_t features) {
     return features & (feature_triangles | feature_spheres);
 }
 
+/// The headers of features, before those of a kernel, which calls what they define.
+std::string feature_headers(std::uint32_t features) {
+    std::string lines;
+    for (std::uint32_t i = 0; i < feature_count; ++i) {
+        if (!(features >> i & 1)) continue;
+        lines += "#include \"core/features/" + std::string(feature_names[i]) + ".h\"\n";
+    }
+    return lines;
+}
+
 /// Two such blocks a multiprocessor leave a thread 64 registers, which are enough: the compiler by
 /// itself takes a few more and the multiprocessor runs fewer warps.
 std::string resident_bounds() {
@@ -195,7 +205,8 @@ std::string kernel_source(const KernelSpecification& specification) {
     }
     check_traversal(specification.traversal);
     const auto flag = [](bool value) { return std::string(value ? "true" : "false"); };
-    std::string source = "#include \"cuda/kernels/" + std::string(kernel.header) + "\"\n";
+    std::string source = feature_headers(specification.features) + "#include \"cuda/kernels/" +
+                         std::string(kernel.header) + "\"\n";
     source += "using Config = haste::KernelConfig<" + std::string(model.type) +
               ", haste::Features<" + hexadecimal(specification.features) + "u>, " +
               std::string(precision.type) + ", haste::TraversalKind::" + specification.traversal +
@@ -231,14 +242,17 @@ std::string kernel_source(const ReplaySpecification& specification) {
         "haste::Features<" + hexadecimal(features) + "u>, " + std::string(precision.type);
     const std::string signature =
         std::string(kernel_entry) + "(const __grid_constant__ haste::ReplayParams parameters) {\n";
+    const std::string headers = feature_headers(features);
     if (specification.resident()) {
-        return "#include \"cuda/kernels/replay_resident.cuh\"\nextern \"C\" __global__ void " +
+        return headers +
+               "#include \"cuda/kernels/replay_resident.cuh\"\nextern \"C\" __global__ void " +
                signature + "    haste::replay_resident<" + query + ", " + types +
                ">(parameters);\n}\n";
     }
-    return "#include \"cuda/kernels/replay.cuh\"\nextern \"C\" __global__ void " + signature +
-           "    haste::replay<" + query + ", haste::TraversalKind::" + specification.traversal +
-           ", " + types + ", " + (specification.count ? "true" : "false") + ">(parameters);\n}\n";
+    return headers + "#include \"cuda/kernels/replay.cuh\"\nextern \"C\" __global__ void " +
+           signature + "    haste::replay<" + query +
+           ", haste::TraversalKind::" + specification.traversal + ", " + types + ", " +
+           (specification.count ? "true" : "false") + ">(parameters);\n}\n";
 }
 
 Translation kernel_translation(const ReplaySpecification& specification, int architecture) {

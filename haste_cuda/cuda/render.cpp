@@ -6,6 +6,7 @@
 #include "cuda/engines/engine.h"
 #include "cuda/renderer_state.h"
 #include "engine/pass_folder.h"
+#include "engine/requirements.h"
 
 namespace haste::cuda {
 
@@ -49,10 +50,9 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
     KernelSpecification specification;
     specification.model = model_name(model);
     specification.precision = name_of(schedule.precision);
-    const bool clamps = model == ModelKind::path && settings.clamp < Numeric<float>::infinity;
-    specification.features = host.features() | (clamps ? u32(feature_clamp) : 0u);
+    specification.features = compiled_features(host.features(), model, settings, schedule);
     specification.traversal = name_of(traversal);
-    specification.stack_capacity = int(stack_capacity(model, settings));
+    specification.stack_capacity = int(stack_capacity(model, settings, specification.features));
     specification.film = schedule.film == FilmKind::int64 ? "int64" : "float_atomic";
     specification.layered = schedule.accumulation == Accumulation::layer_weighted;
     specification.count_rays = schedule.count_rays;
@@ -64,7 +64,7 @@ KernelSpecification specification_of(const HostScene& host, ModelKind model,
 CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene, ModelKind model,
                             const Settings<float>& settings, u32 samples,
                             const Schedule& schedule) {
-    check_settings(model, settings, samples, schedule);
+    check_settings(host.features(), model, settings, samples, schedule);
     CudaOutput output;
     const SceneArrays& arrays = host.arrays();
     const TraversalKind traversal = schedule.traversal.value_or(image_traversal(
@@ -84,13 +84,14 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     pass.rays = film.rays();
 
     const double built_before = state_->kernels.build_seconds();
+    const KernelSpecification kernel = specification_of(host, model, settings, schedule, traversal);
     const std::unique_ptr<Engine> engine = make_engine(
         {.device = state_->device,
          .kernels = state_->kernels,
          .stream = state_->stream,
-         .kernel = specification_of(host, model, settings, schedule, traversal),
+         .kernel = kernel,
          .schedule = schedule,
-         .tree = ray_tree(model, settings),
+         .tree = ray_tree(model, settings, kernel.features),
          .most_shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count)});
     output.compile_seconds = state_->kernels.build_seconds() - built_before;
     output.compile_cached = engine->main_kernel().cached();

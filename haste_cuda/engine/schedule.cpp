@@ -5,6 +5,7 @@
 
 #include "core/base/ray.h"
 #include "core/engine/layer_plan.h"
+#include "engine/requirements.h"
 
 namespace haste {
 
@@ -65,29 +66,6 @@ TraversalKind image_traversal(EngineKind engine, u64 primitives) {
     return private_stacks && primitives < small_scene ? small_scene_traversal : default_traversal;
 }
 
-RayTree ray_tree(ModelKind model, const Settings<float>& settings) {
-    switch (model) {
-        case ModelKind::path:
-            return {settings.max_depth, 1};
-        case ModelKind::haste:
-            // Ambient rays are one generation more than the layers.
-            return {settings.max_layers + 1, 2 + settings.ambient_samples};
-        default:
-            return {settings.max_layers, 2};
-    }
-}
-
-u32 stack_capacity(ModelKind model, const Settings<float>& settings) {
-    switch (model) {
-        case ModelKind::path:
-            return 1;
-        case ModelKind::haste:
-            return settings.max_layers + 1 + settings.ambient_samples;
-        default:
-            return settings.max_layers + 1;
-    }
-}
-
 std::vector<double> layer_weights(const Schedule& schedule, const Settings<float>& settings,
                                   double reflectance) {
     std::vector<double> weights{1};
@@ -104,7 +82,7 @@ void check_block(int threads) {
     }
 }
 
-void check_settings(ModelKind model, const Settings<float>& settings, u32 samples,
+void check_settings(u32 features, ModelKind model, const Settings<float>& settings, u32 samples,
                     const Schedule& schedule) {
     if (samples == 0) refuse("samples must be at least 1");
     if (schedule.threads < 0) refuse("threads must not be negative");
@@ -125,7 +103,8 @@ void check_settings(ModelKind model, const Settings<float>& settings, u32 sample
         }
     }
     check_model(model, settings);
-    check_queue(ray_tree(model, settings), schedule);
+    check_queue(ray_tree(model, settings, compiled_features(features, model, settings, schedule)),
+                schedule);
 }
 
 }  // namespace haste

@@ -45,17 +45,11 @@ struct Schedule {
     int threads = 0;  ///< of the processor; 0: all
     int block = 128;  ///< threads of a CUDA block
     PrecisionKind precision = PrecisionKind::watertight;
+    u32 more_features = 0;  ///< compiled in though nothing requires them: haste::FeatureBits
     bool count_rays = false;
     bool record_spans = false;  ///< of `ScheduleWork`, on the GPU
     u32 pass_samples = FixedPoint::max_pass_samples;
 };
-
-/// What a sample's rays can grow to in a model with its settings.
-[[nodiscard]] RayTree ray_tree(ModelKind model, const Settings<float>& settings);
-
-/// Most rays that a depth-first walk of one sample can have waiting: every layer leaves a sibling
-/// behind, and the ambient rays of one hit lie on top.
-[[nodiscard]] u32 stack_capacity(ModelKind model, const Settings<float>& settings);
 
 /// How the GPU finds what the rays of an image hit, where the schedule leaves it open.
 [[nodiscard]] TraversalKind image_traversal(EngineKind engine, u64 primitives);
@@ -68,8 +62,9 @@ struct Schedule {
 /// Throws std::invalid_argument if CUDA blocks of so many threads make no sense.
 void check_block(int threads);
 
-/// Throws std::invalid_argument naming the setting that makes no sense.
-void check_settings(ModelKind model, const Settings<float>& settings, u32 samples,
+/// Throws std::invalid_argument naming the setting that makes no sense; `features` are those of the
+/// scene.
+void check_settings(u32 features, ModelKind model, const Settings<float>& settings, u32 samples,
                     const Schedule& schedule);
 
 }  // namespace haste

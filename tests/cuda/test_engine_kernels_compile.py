@@ -14,9 +14,10 @@ import pytest
 
 from haste_cuda import _core
 
-ALL_FEATURES = (1 << 13) - 1
-TRIANGLES, SPHERES, MESH_LIGHTS, AMBIENT = 0, 1, 3, 10
-LEAST = 1 << TRIANGLES | 1 << MESH_LIGHTS | 1 << AMBIENT
+BITS = len(_core.feature_names())
+ALL_FEATURES = (1 << BITS) - 1
+TRIANGLES, SPHERES, MESH_LIGHTS, AMBIENT, DIFFUSE = 0, 1, 3, 10, 13
+LEAST = 1 << TRIANGLES | 1 << MESH_LIGHTS | 1 << AMBIENT | 1 << DIFFUSE
 STACK = 16
 WITH_A_STACK = ("depth_first", "persistent")
 WORKERS = 2
@@ -63,7 +64,7 @@ AXES: dict[str, list[Any]] = {
     "architecture": [75, 80, 90, 100],
     "film": _core.kernel_films(),
     "count_rays": [False, True],
-    **{f"feature {bit}": [False, True] for bit in range(12)},
+    **{f"feature {bit}": [False, True] for bit in range(BITS)},
 }
 
 
@@ -100,7 +101,7 @@ def pairwise_cover() -> list[dict[str, Any]]:
 
 
 def program_of(row: dict[str, Any]) -> Program:
-    features = sum(1 << bit for bit in range(12) if row[f"feature {bit}"])
+    features = sum(1 << bit for bit in range(BITS) if row[f"feature {bit}"])
     fixed = {axis: value for axis, value in row.items() if not axis.startswith("feature")}
     return Program(features=features, **fixed)
 

@@ -14,12 +14,13 @@ from typing import Any
 import pytest
 
 from harness.scene import load_scene, load_settings
-from harness.tracers.haste import to_core
+from harness.tracers.haste import to_core, to_core_settings
+from haste_cuda import _core
 
 SCENES = sorted(path.parent for path in Path(__file__).parents[2].glob("scenes/*/scene.xml"))
 ARCHITECTURES = (75, 80, 90, 100)
 MODELS = ("haste", "whitted", "path")
-ALL_FEATURES = (1 << 13) - 1
+ALL_FEATURES = (1 << len(_core.feature_names())) - 1
 WORKERS = 2
 
 
@@ -62,10 +63,10 @@ COUNTING = [Case(model, ALL_FEATURES, 1 if model == "path" else 16, 90, True) fo
 def scene_case(scene: Path, model: str) -> Case:
     """The kernel that a render of the scene asks for."""
     settings = load_settings(scene)
-    features = to_core(load_scene(scene, width=16, height=16), 2).features
-    pending = settings.ambient_samples if model == "haste" else 0
-    stack = 1 if model == "path" else settings.max_layers + 1 + pending
-    return Case(model, features, stack)
+    values = to_core_settings(settings.render(model, 16, 16))
+    core_scene = to_core(load_scene(scene, width=16, height=16), 2)
+    features = _core.required_features(core_scene, model, values)
+    return Case(model, features, _core.stack_capacity(model, values, features))
 
 
 @pytest.fixture(scope="module")

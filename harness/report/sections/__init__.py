@@ -6,6 +6,7 @@ A new one is a function, a template in harness/report/templates, and a line here
 from harness.report.sections import (
     costs,
     error,
+    features,
     launches,
     outcome,
     rays,
@@ -29,6 +30,7 @@ SECTIONS = (
     Section("launches", "Launches", launches.launches),
     Section("rays", "Rays", rays.rays),
     Section("stability", "Stability", stability.stability),
+    Section("features", "Features", features.features),
     Section("eye-rays", "Eye rays", rays.eye_rays),
     Section("speed", "Speed", costs.speed),
     Section("times", "Time, memory, energy", costs.times),

@@ -20,7 +20,7 @@ public:
     template <class Start, class Visit>
     HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
                            Real t_max, Visit&& visit) const {
-        const typename P::TriangleTest triangle_test(origin, direction);
+        const TriangleTestOf<P, F> triangle_test(origin, direction);
         const u32 count = scene_.triangle_count + scene_.sphere_count;
         for (u32 i = 0; i < count; ++i) {
             T::primitive(tally_);

@@ -23,7 +23,7 @@ public:
     HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
                            Real t_max, Visit&& visit) const {
         const typename P::BoxTest box_test(origin, direction, scene_.bounds);
-        const typename P::TriangleTest triangle_test(origin, direction);
+        const TriangleTestOf<P, F> triangle_test(origin, direction);
         Stack stack;
         u32 next = 0;
         for (;;) {

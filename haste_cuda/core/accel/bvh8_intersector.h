@@ -41,7 +41,7 @@ public:
     HASTE_HD bool traverse(const Vec3<Real>& origin, const Vec3<Real>& direction, Start t_min,
                            Real t_max, Visit&& visit) const {
         const Bvh8NodeTest node_test(origin, direction, scene_.bounds);
-        const typename P::TriangleTest triangle_test(origin, direction);
+        const TriangleTestOf<P, F> triangle_test(origin, direction);
         Bvh8Group stack[max_bvh8_depth];
         u32 depth = 0;
         Bvh8Group group = Bvh8Group::root();

@@ -3,9 +3,9 @@
 #include "core/base/features.h"
 #include "core/base/hit.h"
 #include "core/base/primitive.h"
+#include "core/base/primitive_hit.h"
 #include "core/base/ray.h"
 #include "core/base/ray_query.h"
-#include "core/geometry/sphere.h"
 
 namespace haste {
 
@@ -67,10 +67,30 @@ private:
     }
 };
 
+/// In the place of what a ray's tests of triangles share, where there are no triangles.
+template <class Real>
+struct NoTriangleTest {
+    HASTE_HD NoTriangleTest(const Vec3<Real>&, const Vec3<Real>&) {}
+};
+
+template <class P, bool Triangles>
+struct TriangleTestChoice {
+    using Type = typename P::TriangleTest;
+};
+
+template <class P>
+struct TriangleTestChoice<P, false> {
+    using Type = NoTriangleTest<typename P::Real>;
+};
+
+/// What the tests of a ray against triangles share, made once a ray.
+template <class P, class F>
+using TriangleTestOf = typename TriangleTestChoice<P, F::triangles>::Type;
+
 /// Tests the primitive of a record; `F` says which kinds there are.
 template <class P, class F>
 HASTE_HD PrimitiveHit<typename P::Real> test_primitive(
-    const PrimitiveRecord<typename P::Real>& record, const typename P::TriangleTest& triangle_test,
+    const PrimitiveRecord<typename P::Real>& record, const TriangleTestOf<P, F>& triangle_test,
     const Vec3<typename P::Real>& origin, const Vec3<typename P::Real>& direction,
     typename P::Real t_min) {
     if constexpr (F::triangles && F::spheres) {
@@ -87,7 +107,7 @@ HASTE_HD PrimitiveHit<typename P::Real> test_primitive(
 /// whether visit returned true. The record is a copy, so that the GPU loads it 16 bytes at a time.
 template <class P, class F, class Visit>
 HASTE_HD bool visit_primitive(const PrimitiveRecord<typename P::Real> record,
-                              const typename P::TriangleTest& triangle_test,
+                              const TriangleTestOf<P, F>& triangle_test,
                               const Vec3<typename P::Real>& origin,
                               const Vec3<typename P::Real>& direction, typename P::Real t_min,
                               typename P::Real& t_max, Visit&& visit) {

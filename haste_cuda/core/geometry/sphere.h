@@ -1,6 +1,7 @@
 #pragma once
 
-#include "core/geometry/triangle.h"
+#include "core/base/primitive_hit.h"
+#include "core/math/vec3.h"
 
 namespace haste {
 

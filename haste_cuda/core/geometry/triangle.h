@@ -1,16 +1,9 @@
 #pragma once
 
+#include "core/base/primitive_hit.h"
 #include "core/math/vec3.h"
 
 namespace haste {
-
-/// A candidate hit of one primitive.
-template <class Real>
-struct PrimitiveHit {
-    Real t;
-    Real b1, b2;
-    bool found;
-};
 
 /// Watertight ray-triangle intersection: Woop, Benthin and Wald, JCGT 2(1), 2013, with the edge
 /// functions evaluated by compensated products in place of the double-precision fallback.

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "core/base/settings.h"
-#include "core/geometry/surface.h"
-#include "core/model/optics.h"
 #include "core/model/paper_reading.h"
+#include "core/model/scattering.h"
+#include "core/model/shading_point.h"
 #include "core/sampling/light_sample.h"
 #include "core/sampling/random.h"
 
@@ -41,46 +41,30 @@ public:
             light_from_centroids(ray, point, random, 0, out);
             return;
         }
-        emission(ray, point, random, out);
+        if constexpr (F::lights) emission(ray, point, random, out);
         if constexpr (Whitted) {
             light_from_centroids(ray, point, random, 1, out);
-            out.radiance(ray, ray.contribution * point.material.ambient * settings_.ambient,
-                         random.block(0).word[1]);
+            if constexpr (F::ambient) {
+                out.radiance(ray, ambient_term(point, ray.contribution, settings_),
+                             random.block(0).word[1]);
+            }
         } else {
             light_from_samples(ray, point, random, out);
         }
         // Specular children before ambient ones: a stack then holds the ambient rays of one hit
         // only.
-        if (ray.layer + 1u < settings_.max_layers) specular_children(ray, point, out);
-        if constexpr (!Whitted && F::ambient) ambient_children(ray, point, random, out);
+        if constexpr (F::bounces) {
+            if (ray.layer + 1u < settings_.max_layers) specular_children(ray, point, out);
+        }
+        if constexpr (!Whitted && F::ambient) {
+            const u32 first_block = 1 + scene_.light_count * settings_.light_samples;
+            spawn_ambient(ray, point, random, first_block, max_children, settings_.ambient_samples,
+                          reading_.ambient_is_cosine_weighted, out);
+        }
     }
 
 private:
-    /// The point being shaded, with its normals turned to the viewer (docs/lighting.md, Normals).
-    struct Point {
-        Surface<Real> surface;
-        Material<Real> material;
-        u32 light;
-        Vec3<Real> view;
-        bool inside;
-        Vec3<Real> geometric_normal;
-        Vec3<Real> normal;
-
-        HASTE_HD Point(const SceneView<Real>& scene, const Ray<Real>& ray, const Surface<Real>& s)
-            : surface(s),
-              material(scene.materials[scene.shapes[s.shape].material]),
-              light(scene.shapes[s.shape].light),
-              view(-ray.direction) {
-            inside = dot(s.geometric_normal, view) < Real(0);
-            geometric_normal = inside ? -s.geometric_normal : s.geometric_normal;
-            normal = dot(s.shading_normal, geometric_normal) < Real(0) ? -s.shading_normal
-                                                                       : s.shading_normal;
-        }
-
-        HASTE_HD Vec3<Real> start(const Vec3<Real>& direction) const {
-            return P::Offset::apply(surface.point, geometric_normal, surface.scale, direction);
-        }
-    };
+    using Point = ShadingPoint<P>;
 
     /// Equation 7, on both sides.
     template <class Out>
@@ -103,13 +87,10 @@ private:
         const Vec3<Real> l = offset * (Real(1) / square_root(squared));
         const Real cosine = dot(l, point.normal);
         if (!(cosine > Real(0)) || !(dot(l, point.geometric_normal) > Real(0))) return;
-        Vec3<Real> reflected = point.material.diffuse * cosine;
+        Vec3<Real> reflected = splat(Real(0));
+        if constexpr (F::diffuse) reflected = diffuse_term(point.material, cosine);
         if constexpr (F::specular) {
-            if (!is_zero(point.material.specular)) {
-                reflected +=
-                    point.material.specular *
-                    power_of_cosine(reflect(l, point.normal), point.view, point.material.exponent);
-            }
+            reflected += specular_term(point.material, l, point.normal, point.view);
         }
         const Vec3<Real> value = factor * reflected * light.radiance;
         if (is_zero(value)) return;
@@ -129,12 +110,11 @@ private:
     HASTE_HD void light_from_centroids(const Ray<Real>& ray, const Point& point,
                                        const RandomSource& random, u32 first_block,
                                        Out& out) const {
-        for (u32 i = 0; i < scene_.light_count; ++i) {
-            if (i == point.light) continue;
+        visit_lights(point.light, [&](u32 i) {
             const Light<Real>& light = scene_.lights[i];
             light_from(ray, point, light, light.centroid, ray.contribution,
                        random.block(first_block + i).word[0], out);
-        }
+        });
     }
 
     /// Equations 4 and 5: `light_samples` points in every light but the point's own.
@@ -143,14 +123,23 @@ private:
                                      const RandomSource& random, Out& out) const {
         const u32 samples = settings_.light_samples;
         const Vec3<Real> factor = ray.contribution * (Real(1) / Real(samples));
-        for (u32 i = 0; i < scene_.light_count; ++i) {
-            if (i == point.light) continue;
+        visit_lights(point.light, [&](u32 i) {
             const Light<Real>& light = scene_.lights[i];
             for (u32 j = 0; j < samples; ++j) {
                 const PhiloxBlock block = random.block(1 + i * samples + j);
                 light_from(ray, point, light, point_in_light(light, block), factor, block.word[3],
                            out);
             }
+        });
+    }
+
+    /// Calls visit(i) for every light but the point's own.
+    template <class Visit>
+    HASTE_HD void visit_lights(u32 own, Visit&& visit) const {
+        if constexpr (F::several_lights) {
+            visit_other_lights(scene_, own, visit);
+        } else if constexpr (F::lights) {
+            if (scene_.light_count == 1 && own != 0) visit(0u);
         }
     }
 
@@ -159,76 +148,48 @@ private:
         const Real u = uniform<Real>(block.word[0]);
         const Real v = uniform<Real>(block.word[1]);
         const Real w = uniform<Real>(block.word[2]);
-        if (F::sphere_lights && (!F::mesh_lights || light.is_sphere)) {
-            return light.centre + (reading_.lights_are_sampled_on_the_surface
-                                       ? uniform_sphere(u, v)
-                                       : uniform_ball(u, v, w)) *
-                                      light.radius;
+        if (is_sphere_light<F>(light)) {
+            if constexpr (F::sphere_lights) {
+                return point_in_sphere_light(light, reading_.lights_are_sampled_on_the_surface, u,
+                                             v, w);
+            }
         }
-        return sample_mesh_light(scene_, light, w, u, v).point;
+        if constexpr (F::mesh_lights) return sample_mesh_light(scene_, light, w, u, v).point;
+        return light.centroid;
     }
 
     /// Equation 9: mirror and refracted ray.
     template <class Out>
     HASTE_HD void specular_children(const Ray<Real>& ray, const Point& point, Out& out) const {
         const Material<Real>& material = point.material;
-        const bool dielectric = F::dielectric && material.kind == MaterialKind::dielectric;
-        Real reflection = material.reflection;
-        if ((F::transmission || F::dielectric) && (dielectric || material.transmission > Real(0))) {
-            const Real eta = point.inside ? material.ior : Real(1) / material.ior;
-            const Refraction<Real> refraction =
-                refract(point.view,
-                        reading_.refraction_uses_the_unturned_normal ? point.surface.shading_normal
-                                                                     : point.normal,
-                        eta);
-            Real transmission = material.transmission;
-            if (dielectric) {
-                reflection = fresnel_dielectric(refraction, eta);
-                transmission = Real(1) - reflection;
+        Real reflection = Real(0);
+        if constexpr (F::mirror) reflection = mirrored_share(material);
+        if constexpr (F::refraction) {
+            bool dielectric = false;
+            bool refracts = false;
+            if constexpr (F::transmission) refracts = transmits(material);
+            if constexpr (F::dielectric) dielectric = is_dielectric(material);
+            if (refracts || dielectric) {
+                const Real eta = point.inside ? material.ior : Real(1) / material.ior;
+                const Refraction<Real> refraction = refract(
+                    point.view,
+                    reading_.refraction_uses_the_unturned_normal ? point.surface.shading_normal
+                                                                 : point.normal,
+                    eta);
+                Real transmission = material.transmission;
+                if constexpr (F::dielectric) {
+                    if (dielectric) {
+                        reflection = fresnel_dielectric(refraction, eta);
+                        transmission = Real(1) - reflection;
+                    }
+                }
+                if (!refraction.total) {
+                    spawn_bounce(ray, point, refraction.direction, transmission, 1, out);
+                }
             }
-            if (!refraction.total) child(ray, point, refraction.direction, transmission, 1, out);
         }
         if constexpr (F::mirror || F::dielectric) {
-            child(ray, point, reflect(point.view, point.normal), reflection, 0, out);
-        }
-    }
-
-    template <class Out>
-    HASTE_HD void child(const Ray<Real>& ray, const Point& point, const Vec3<Real>& direction,
-                        Real share, u32 slot, Out& out) const {
-        if (!(share > Real(0))) return;
-        Ray<Real> next = ray;
-        next.direction = normalize(direction);
-        next.origin = point.start(next.direction);
-        next.contribution = ray.contribution * share;
-        next.layer = u16(ray.layer + 1);
-        next.flags = 0;
-        next.node = child_node(ray.node, slot);
-        out.child(next);
-    }
-
-    /// Equation 6: uniform directions about the normal, the plain mean of what they find.
-    template <class Out>
-    HASTE_HD void ambient_children(const Ray<Real>& ray, const Point& point,
-                                   const RandomSource& random, Out& out) const {
-        if (is_zero(point.material.ambient)) return;
-        const u32 samples = settings_.ambient_samples;
-        const u32 first_block = 1 + scene_.light_count * settings_.light_samples;
-        const Frame<Real> frame = frame_about(point.normal);
-        Ray<Real> next = ray;
-        next.contribution = ray.contribution * point.material.ambient * (Real(1) / Real(samples));
-        next.flags = single_bounce;
-        for (u32 j = 0; j < samples; ++j) {
-            const PhiloxBlock block = random.block(first_block + j);
-            const Real u = uniform<Real>(block.word[0]);
-            const Real v = uniform<Real>(block.word[1]);
-            next.direction =
-                frame.to_world(reading_.ambient_is_cosine_weighted ? cosine_hemisphere(u, v)
-                                                                   : uniform_hemisphere(u, v));
-            if (!(dot(next.direction, point.geometric_normal) > Real(0))) continue;
-            next.origin = point.start(next.direction);
-            next.node = child_node(ray.node, max_children + j);
-            out.child(next);
+            spawn_bounce(ray, point, reflect(point.view, point.normal), reflection, 0, out);
         }
     }
 

@@ -4,6 +4,7 @@
 #include "core/geometry/surface.h"
 #include "core/model/phong_bsdf.h"
 #include "core/sampling/light_sample.h"
+#include "core/sampling/random.h"
 
 namespace haste {
 
@@ -21,19 +22,23 @@ public:
     HASTE_HD PathModel(const SceneView<Real>& scene, const Settings<Real>& settings)
         : scene_(scene),
           settings_(settings),
-          emitter_count_(scene.light_count + (has_environment() ? 1 : 0)) {}
+          emitter_count_(scene.light_count + (environment_shines() ? 1 : 0)) {}
 
     /// The ray left the scene: the environment shines, weighed against having sampled it as a
     /// light.
     template <class Out>
     HASTE_HD void miss(const Ray<Real>& ray, Out& out) const {
-        if (!has_environment()) return;
-        Real weight = Real(1);
-        if (!(ray.flags & delta_bounce)) {
-            weight = power_heuristic(ray.pdf, uniform_sphere_pdf() / Real(emitter_count_));
+        if constexpr (F::environment) {
+            if (!has_environment(scene_)) return;
+            Real weight = Real(1);
+            if (!(ray.flags & delta_bounce)) {
+                const Real pdf = environment_pdf(scene_);
+                weight = power_heuristic(ray.pdf, pdf / Real(emitter_count_));
+            }
+            out.radiance(ray,
+                         clamped(ray.contribution * scene_.environment * weight, ray.layer > 1),
+                         spare_bits(numbers(ray).block(scatter_block)));
         }
-        out.radiance(ray, clamped(ray.contribution * scene_.environment * weight, ray.layer > 1),
-                     spare_bits(numbers(ray).block(scatter_block)));
     }
 
     template <class Out>
@@ -43,17 +48,26 @@ public:
         const Vec3<Real> view = -ray.direction;
         const PhiloxBlock scatter = numbers(ray).block(scatter_block);
 
-        if (shape.light != no_light && dot(surface.shading_normal, view) > Real(0)) {
-            emission(ray, hit, surface, scene_.lights[shape.light], spare_bits(scatter), out);
+        if constexpr (F::lights) {
+            if (shape.light != no_light && dot(surface.shading_normal, view) > Real(0)) {
+                emission(ray, hit, surface, scene_.lights[shape.light], spare_bits(scatter), out);
+            }
         }
         if (ray.layer + 1u >= settings_.max_depth) return;
 
         const PhongBsdf<F, Real> bsdf(scene_.materials[shape.material], surface.shading_normal,
                                       view);
-        if (bsdf.has_smooth_lobe() && emitter_count_ > 0) {
-            sample_emitter(ray, surface, bsdf, out);
+        if constexpr (F::lights || F::environment) {
+            if (bsdf.has_smooth_lobe() && emitter_count_ > 0) {
+                sample_emitter(ray, surface, bsdf, out);
+            }
         }
-        continue_path(ray, surface, bsdf, scatter, out);
+        if constexpr (F::bounces) {
+            const BsdfSample<Real> sample =
+                bsdf.sample(uniform<Real>(scatter.word[0]), uniform<Real>(scatter.word[1]),
+                            uniform<Real>(scatter.word[2]));
+            continue_path(P(), ray, surface, sample, settings_, scatter.word[3], out);
+        }
     }
 
 private:
@@ -62,13 +76,14 @@ private:
     static constexpr u32 scatter_block = 0;
     static constexpr u32 emitter_block = 1;
 
-    HASTE_HD bool has_environment() const { return F::environment && !is_zero(scene_.environment); }
+    HASTE_HD bool environment_shines() const {
+        if constexpr (F::environment) return has_environment(scene_);
+        return false;
+    }
 
     HASTE_HD RandomSource numbers(const Ray<Real>& ray) const {
         return {ray.pixel, ray.sample, ray.node, settings_.seed};
     }
-
-    HASTE_HD static Real uniform_sphere_pdf() { return Real(1) / (Real(4) * Numeric<Real>::pi); }
 
     HASTE_HD static Real power_heuristic(Real pdf, Real other) {
         // By the ratio, which neither overflows nor loses the smaller one.
@@ -89,12 +104,11 @@ private:
                      rounding);
     }
 
-    /// A contribution scaled down to the sum of channels that the settings allow to light which has
-    /// met two surfaces or more, as renderers do against fireflies (Cycles, `film_clamp_light`).
     HASTE_HD Vec3<Real> clamped(const Vec3<Real>& value, bool indirect) const {
-        if (!F::clamp || !indirect) return value;
-        const Real sum = value.x + value.y + value.z;
-        return sum > settings_.clamp ? value * (settings_.clamp / sum) : value;
+        if constexpr (F::clamp) {
+            if (indirect) return clamp_sum(value, settings_.clamp);
+        }
+        return value;
     }
 
     template <class Out>
@@ -103,69 +117,47 @@ private:
         const PhiloxBlock random = numbers(ray).block(emitter_block);
         const Real u = uniform<Real>(random.word[0]);
         const Real v = uniform<Real>(random.word[1]);
-        const u32 emitter = u32((u64(random.word[2] >> 8) * emitter_count_) >> 24);
+        u32 emitter = 0;
+        if constexpr (F::several_lights) {
+            emitter = choose_emitter(scene_, random.word[2], emitter_count_);
+        }
         ShadowRay<Real> shadow;
         shadow.owner = no_shape;
         shadow.pixel = ray.pixel;
         shadow.rounding = spare_bits(random);
-        Vec3<Real> direction;
-        Vec3<Real> radiance;
-        Real pdf;
-        if (emitter < scene_.light_count) {
-            const Light<Real>& light = scene_.lights[emitter];
-            const LightDirection<Real> sample = sample_light_direction<F>(
-                scene_, light, surface.point, uniform<Real>(random.word[3]), u, v);
-            if (!sample.valid) return;
-            direction = sample.direction;
-            radiance = light.radiance;
-            pdf = sample.pdf;
-            shadow.origin = start(surface, direction);
-            shadow.direction = P::Offset::apply(sample.target.point, sample.target.normal,
-                                                sample.target.scale, -direction) -
-                               shadow.origin;
-            shadow.t_max = Real(1);
+        Vec3<Real> direction{};
+        Vec3<Real> radiance{};
+        Real pdf = Real(1);
+        if (F::lights && (!F::environment || emitter < scene_.light_count)) {
+            if constexpr (F::lights) {
+                const Light<Real>& light = scene_.lights[emitter];
+                const LightDirection<Real> sample = sample_light_direction<F>(
+                    scene_, light, surface.point, uniform<Real>(random.word[3]), u, v);
+                if (!sample.valid) return;
+                direction = sample.direction;
+                radiance = light.radiance;
+                pdf = sample.pdf;
+                shadow.origin = start(surface, direction);
+                shadow.direction = P::Offset::apply(sample.target.point, sample.target.normal,
+                                                    sample.target.scale, -direction) -
+                                   shadow.origin;
+                shadow.t_max = Real(1);
+            }
         } else {
-            direction = uniform_sphere(u, v);
-            radiance = scene_.environment;
-            pdf = uniform_sphere_pdf();
-            shadow.origin = start(surface, direction);
-            shadow.direction = direction;
-            shadow.t_max = Numeric<Real>::infinity;
+            if constexpr (F::environment) {
+                direction = environment_direction(scene_, u, v);
+                radiance = scene_.environment;
+                pdf = environment_pdf(scene_);
+                shadow.origin = start(surface, direction);
+                shadow.direction = direction;
+                shadow.t_max = Numeric<Real>::infinity;
+            }
         }
         pdf = pdf / Real(emitter_count_);
         const BsdfValue<Real> f = bsdf.evaluate(direction);
         const Real weight = power_heuristic(pdf, f.pdf) / pdf;
         shadow.value = clamped(ray.contribution * f.value * radiance * weight, ray.layer > 0);
         if (!is_zero(shadow.value)) out.shadow(shadow);
-    }
-
-    template <class Out>
-    HASTE_HD void continue_path(const Ray<Real>& ray, const Surface<Real>& surface,
-                                const PhongBsdf<F, Real>& bsdf, const PhiloxBlock& scatter,
-                                Out& out) const {
-        const BsdfSample<Real> sample =
-            bsdf.sample(uniform<Real>(scatter.word[0]), uniform<Real>(scatter.word[1]),
-                        uniform<Real>(scatter.word[2]));
-        if (!sample.valid) return;
-        Ray<Real> next = ray;
-        next.contribution = ray.contribution * sample.weight;
-        next.eta = ray.eta * sample.eta;
-        const Real throughput = max_component(next.contribution);
-        if (!(throughput > Real(0))) return;
-        if (ray.layer + 1u >= settings_.rr_depth) {
-            // The index squared keeps paths inside glass, whose radiance is scaled, as likely to
-            // live.
-            const Real survival = minimum(throughput * next.eta * next.eta, Real(0.95));
-            if (!(uniform<Real>(scatter.word[3]) < survival)) return;
-            next.contribution = next.contribution * (Real(1) / survival);
-        }
-        next.direction = sample.direction;
-        next.origin = start(surface, sample.direction);
-        next.layer = u16(ray.layer + 1);
-        next.flags = u16(sample.delta ? delta_bounce : 0);
-        next.node = child_node(ray.node, 0);
-        next.pdf = sample.pdf;
-        out.child(next);
     }
 
     HASTE_HD static Vec3<Real> start(const Surface<Real>& surface, const Vec3<Real>& direction) {

@@ -2,30 +2,9 @@
 
 #include "core/base/features.h"
 #include "core/base/material.h"
-#include "core/math/frame.h"
-#include "core/model/optics.h"
-#include "core/sampling/random.h"
-#include "core/sampling/warp.h"
+#include "core/model/scattering.h"
 
 namespace haste {
-
-/// The value of the non-delta lobes times the cosine, and the density with which they are sampled.
-template <class Real>
-struct BsdfValue {
-    Vec3<Real> value;
-    Real pdf;
-};
-
-/// A sampled direction with its weight f cos / pdf.
-template <class Real>
-struct BsdfSample {
-    Vec3<Real> direction;
-    Vec3<Real> weight;
-    Real pdf;  ///< of the non-delta lobes together; 0 for a delta lobe
-    Real eta;  ///< index beyond over index before, 1 for reflection
-    bool delta;
-    bool valid;
-};
 
 /// The scattering of a surface in `path`: a diffuse lobe, the energy-conserving Phong lobe of
 /// Lafortune and Willems (Using the Modified Phong Reflectance Model for Physically Based
@@ -40,30 +19,36 @@ public:
                        const Vec3<Real>& view)
         : material_(material), view_(view) {
         front_ = dot(normal, view) > Real(0);
-        const bool turned = F::twosided && material.twosided && !front_;
         normal_ = front_ ? normal : -normal;
-        reflects_ = front_ || turned;
-        transmits_ = (F::transmission && material.transmission > Real(0)) ||
-                     (F::dielectric && material.kind == MaterialKind::dielectric);
-        const bool cosine_is_zero = dot(normal_, view) == Real(0);
-        diffuse_share_ = reflects_ ? max_component(material.diffuse) : Real(0);
-        specular_share_ = F::specular && reflects_ ? max_component(material.specular) : Real(0);
-        mirror_share_ = Real(0);
-        refraction_share_ = Real(0);
-        if constexpr (F::transmission || F::dielectric) {
+        reflects_ = front_;
+        if constexpr (F::twosided) reflects_ = reflects_ || reflects_behind(material);
+        if constexpr (F::transmission) transmits_ = transmits(material);
+        bool dielectric = false;
+        if constexpr (F::dielectric) dielectric = is_dielectric(material);
+        transmits_ = transmits_ || dielectric;
+        if constexpr (F::diffuse) {
+            if (reflects_) diffuse_share_ = max_component(material.diffuse);
+        }
+        if constexpr (F::specular) {
+            if (reflects_) specular_share_ = max_component(material.specular);
+        }
+        if constexpr (F::refraction) {
             if (transmits_) {
                 eta_ = front_ ? Real(1) / material.ior : material.ior;
                 refraction_ = refract(view_, normal_, eta_);
                 refraction_share_ = material.transmission;
             }
         }
-        if (F::dielectric && material.kind == MaterialKind::dielectric) {
-            mirror_share_ = fresnel_dielectric(refraction_, eta_);
-            refraction_share_ = Real(1) - mirror_share_;
-        } else if (F::mirror && (reflects_ || transmits_)) {
-            mirror_share_ = material.reflection;
+        if constexpr (F::mirror) {
+            if (reflects_ || transmits_) mirror_share_ = mirrored_share(material);
         }
-        if (cosine_is_zero) {
+        if constexpr (F::dielectric) {
+            if (dielectric) {
+                mirror_share_ = fresnel_dielectric(refraction_, eta_);
+                refraction_share_ = Real(1) - mirror_share_;
+            }
+        }
+        if (dot(normal_, view) == Real(0)) {
             diffuse_share_ = specular_share_ = mirror_share_ = refraction_share_ = Real(0);
         }
         const Real total = diffuse_share_ + specular_share_ + mirror_share_ + refraction_share_;
@@ -77,20 +62,18 @@ public:
 
     HASTE_HD BsdfValue<Real> evaluate(const Vec3<Real>& direction) const {
         const Real cosine = dot(normal_, direction);
-        if (!reflects_ || !(cosine > Real(0))) return {splat(Real(0)), Real(0)};
-        const Real inverse_pi = Real(1) / Numeric<Real>::pi;
-        Vec3<Real> value = material_.diffuse * (cosine * inverse_pi);
-        Real pdf = diffuse_share_ * cosine * inverse_pi;
+        BsdfValue<Real> sum{splat(Real(0)), Real(0)};
+        if (!reflects_ || !(cosine > Real(0))) return sum;
+        if constexpr (F::diffuse) sum = diffuse_lobe(material_, diffuse_share_, cosine);
         if constexpr (F::specular) {
             if (specular_share_ > Real(0)) {
-                const Real power =
-                    power_of_cosine(reflect(view_, normal_), direction, material_.exponent) *
-                    (Real(0.5) * inverse_pi);
-                value += material_.specular * ((material_.exponent + Real(2)) * power * cosine);
-                pdf += specular_share_ * (material_.exponent + Real(1)) * power;
+                const BsdfValue<Real> lobe =
+                    specular_lobe(material_, specular_share_, view_, normal_, direction, cosine);
+                sum.value += lobe.value;
+                sum.pdf += lobe.pdf;
             }
         }
-        return {value, pdf * inverse_total_};
+        return {sum.value, sum.pdf * inverse_total_};
     }
 
     /// Chooses a lobe by its share of the energy, then a direction.
@@ -101,36 +84,32 @@ public:
         result.delta = false;
         if (inverse_total_ == Real(0)) return result;
         Real target = choice / inverse_total_;
-        if (target < diffuse_share_) {
-            return smooth(frame_about(normal_).to_world(cosine_hemisphere(u, v)), result);
+        if constexpr (F::diffuse) {
+            if (target < diffuse_share_) return smooth(diffuse_direction(normal_, u, v), result);
+            target -= diffuse_share_;
         }
-        target -= diffuse_share_;
         if constexpr (F::specular) {
             if (target < specular_share_) {
-                const Frame<Real> lobe = frame_about(reflect(view_, normal_));
-                return smooth(lobe.to_world(phong_lobe(u, v, material_.exponent)), result);
+                return smooth(specular_direction(material_, view_, normal_, u, v), result);
             }
             target -= specular_share_;
         }
         result.delta = true;
         result.pdf = Real(0);
-        if constexpr (F::transmission || F::dielectric) {
+        if constexpr (F::refraction) {
             if (transmits_ && (target >= mirror_share_ || mirror_share_ == Real(0))) {
-                if (refraction_.total || refraction_share_ == Real(0)) return result;
-                result.direction = normalize(refraction_.direction);
-                // Radiance is squeezed into, or spread out of, the denser side's smaller solid
-                // angle. The share chosen with is material.transmission or 1 - F, so only that
-                // factor stays.
-                result.weight = splat(eta_ * eta_ / inverse_total_);
-                result.eta = Real(1) / eta_;
-                result.valid = true;
+                if (!refraction_.total && refraction_share_ != Real(0)) {
+                    take_refracted(refraction_, eta_, inverse_total_, result);
+                }
                 return result;
             }
         }
-        if (mirror_share_ > Real(0)) {
-            result.direction = normalize(reflect(view_, normal_));
-            result.weight = splat(Real(1) / inverse_total_);
-            result.valid = true;
+        if constexpr (F::mirror || F::dielectric) {
+            if (mirror_share_ > Real(0)) {
+                result.direction = normalize(reflect(view_, normal_));
+                result.weight = splat(Real(1) / inverse_total_);
+                result.valid = true;
+            }
         }
         return result;
     }
@@ -149,8 +128,11 @@ private:
     Vec3<Real> view_, normal_;
     Refraction<Real> refraction_;
     Real eta_ = Real(1);
-    Real diffuse_share_, specular_share_, mirror_share_, refraction_share_, inverse_total_;
-    bool front_, reflects_, transmits_;
+    Real diffuse_share_ = Real(0), specular_share_ = Real(0);
+    Real mirror_share_ = Real(0), refraction_share_ = Real(0);
+    Real inverse_total_;
+    bool front_, reflects_;
+    bool transmits_ = false;
 };
 
 }  // namespace haste

@@ -47,16 +47,6 @@ HASTE_HD Vec3<Real> uniform_cone(Real u, Real v, Real one_minus_cosine) {
     return {radius * phi.cosine, radius * phi.sine, Real(1) - c};
 }
 
-/// Density (exponent + 1) / (2 pi) cos^exponent about +z. The sine by expm1, which keeps its digits
-/// for sharp lobes; u = 0 gives the axis.
-template <class Real>
-HASTE_HD Vec3<Real> phong_lobe(Real u, Real v, Real exponent) {
-    const Real log_cosine = logarithm_of_one_plus(-u) / (exponent + Real(1));
-    const Real radius = safe_square_root(-exponential_minus_one(Real(2) * log_cosine));
-    const SinCos<Real> phi = sin_cos_of_turn(v);
-    return {radius * phi.cosine, radius * phi.sine, exponential(log_cosine)};
-}
-
 /// Barycentrics (b1, b2) uniform by area on a triangle.
 template <class Real>
 struct Barycentrics {

@@ -103,7 +103,7 @@ __device__ inline PrimitiveRecord<float> load_record(const PrimitiveRecord<float
 template <class Task, class F, class P>
 struct ResidentRay {
     Bvh8NodeTest node_test;
-    typename P::TriangleTest triangle_test;
+    TriangleTestOf<P, F> triangle_test;
     Vec3<float> direction;
     typename Task::Start t_min;
     float t_max;  ///< of the best hit, once there is one

@@ -151,7 +151,7 @@ def test_a_dictionary_gives_the_same_arrays_as_xml(write_scene: Any) -> None:
 def test_mitsubas_own_cornell_box_is_accepted() -> None:
     mi.set_variant("scalar_rgb")
     scene = load_scene(mi.cornell_box(), 32, 32)
-    assert scene.features.names() == ("triangles", "mesh_lights", "ambient")
+    assert scene.features.names() == ("triangles", "mesh_lights", "ambient", "diffuse")
     assert len(scene.triangles) == 36
     assert (scene.camera.width, scene.camera.height) == (32, 32)
 

@@ -221,13 +221,15 @@ def test_an_infinite_vertex_in_an_obj_file_is_refused(write_scene: Any) -> None:
         load_scene(file)
 
 
-def test_a_degenerate_triangle_in_a_light_of_some_area_is_accepted(
+def test_a_degenerate_triangle_in_a_light_of_some_area_is_dropped(
     write_scene: Any, write_ply: Any
 ) -> None:
     file = write_scene(MESH.format('<boolean name="face_normals" value="true"/>' + LIGHT))
     vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]]
     write_ply(file.parent / "mesh.ply", vertices, [[0, 1, 2], [0, 1, 3]])
-    assert len(load_scene(file).triangles) == 2
+    scene = load_scene(file)
+    assert scene.triangles.tolist() == [[0, 1, 2]]
+    assert scene.dropped_triangles[0].tolist() == [1]
 
 
 def test_a_mirrored_mesh_with_normals_is_refused(write_scene: Any) -> None:

@@ -11,8 +11,8 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 
 
 def test_every_step_is_a_command():
-    wanted = {"truth", "measure", "rays", "stability", "modes", "surfaces", "study"}
-    wanted |= {"tables", "report", "check", "baseline", "compare", "features", "available"}
+    wanted = {"truth", "measure", "rays", "prices", "stability", "modes", "surfaces"}
+    wanted |= {"study", "tables", "report", "check", "baseline", "compare", "features", "available"}
     wanted |= {"published"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
@@ -39,7 +39,7 @@ def test_a_scene_outside_the_benchmark_of_rays_is_refused(capsys: pytest.Capture
 
 def test_features_prints_what_a_scene_requires(capsys: pytest.CaptureFixture[str]):
     assert main(["features", "--scene", "cornell-box"]) == 0
-    assert "  requires   triangles, mesh_lights, ambient\n" in capsys.readouterr().out
+    assert "  requires   triangles, mesh_lights, ambient, diffuse\n" in capsys.readouterr().out
 
 
 def test_inputs_name_the_sources_that_snakemake_cannot_see():
