@@ -15,7 +15,7 @@ FOLDER = "results/again"
 """Where the row's run is written, apart from the run that is reported."""
 OF_RAYS = frozenset({"rays", "ray_ratios", "ray_hierarchies", "rays_skipped"})
 OF_STUDY = frozenset({"launch_laws", "launch_work", "queue_memory", "prices"})
-OF_FEATURES = frozenset({"feature_prices"})
+OF_FEATURES = frozenset({"features"})
 OF_STABILITY = frozenset({"cracks", "precisions", "surfaces"})
 """Tables of benchmarks that have jobs of their own; all others are of the scenes' jobs."""
 
