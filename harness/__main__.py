@@ -101,7 +101,7 @@ def _tables(config: Config, options: argparse.Namespace) -> int:
 def _report(config: Config, options: argparse.Namespace) -> int:
     from harness.report.write import write_report
 
-    write_report(options.results or config.results_dir)
+    write_report(options.results or config.results_dir, options.baseline)
     return 0
 
 
@@ -188,6 +188,15 @@ def _sheet(config: Config, options: argparse.Namespace) -> int:
     return 0
 
 
+def _published(config: Config, options: argparse.Namespace) -> int:
+    del config, options
+    from harness.report.published import write_published
+
+    for path, run in write_published().items():
+        print(f"{path}: {run}")
+    return 0
+
+
 def _available(config: Config, options: argparse.Namespace) -> int:
     from harness.measure.crew import Crew
 
@@ -223,6 +232,7 @@ COMMANDS: dict[str, tuple[Callable[[Config, argparse.Namespace], int], str]] = {
     "generate": (_generate, "make the files of scenes that are not committed"),
     "thumbnails": (_thumbnails, "render the small pictures beside the scenes"),
     "sheet": (_sheet, "set those pictures side by side, for the README"),
+    "published": (_published, "draw the main figures of the published runs, for docs/"),
     "available": (_available, "print which tracers this machine can run, and why not the others"),
 }
 
@@ -265,7 +275,7 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 help="a run's folder, where it is not that of the settings",
             )
-        if name in {"check", "baseline"}:
+        if name in {"report", "check", "baseline"}:
             command.add_argument(
                 "--baseline",
                 type=Path,

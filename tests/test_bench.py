@@ -95,7 +95,7 @@ def checkout(tmp_path: Path) -> Checkout:
         found = shutil.which(tool)
         assert found, f"{tool} is not on PATH"
         (state / "bin" / tool).symlink_to(found)
-    for name in ("c++", "git", "sbatch"):
+    for name in ("c++", "git", "sbatch", "chromium"):
         (state / "bin" / name).symlink_to(state / "bin" / "true")
     for name, text in {"python3": PYTHON, "apt-get": APT_GET, "sudo": SUDO}.items():
         script = state / "bin" / name
@@ -226,22 +226,25 @@ def test_the_package_lists_are_fetched_where_installing_needs_them(checkout: Che
 def test_the_tests_get_their_own_packages_once_and_no_other_command_asks(
     checkout: Checkout,
 ) -> None:
-    (checkout.state / "bin" / "sbatch").unlink()
+    for name in ("sbatch", "chromium"):
+        (checkout.state / "bin" / name).unlink()
     assert checkout.run("setup").returncode == 0
     assert [call for call in checkout.calls() if "apt-get" in call] == []
     assert checkout.run("test").returncode == 0
-    wanted = "apt-get install --yes --no-install-recommends slurm-wlm munge"
+    wanted = "apt-get install --yes --no-install-recommends slurm-wlm munge chromium"
     assert [call for call in checkout.calls() if "apt-get" in call] == [wanted]
     assert checkout.run("test").returncode == 0
     assert checkout.calls() == ["python -m pytest"]
 
 
 def test_tests_run_where_their_own_packages_cannot_be_installed(checkout: Checkout) -> None:
-    (checkout.state / "bin" / "sbatch").unlink()
+    for name in ("sbatch", "chromium"):
+        (checkout.state / "bin" / name).unlink()
     checkout.arrange("apt-is-broken")
     result = checkout.run("test")
     assert result.returncode == 0, result.stderr
     assert "the test of profiles/slurm will be skipped: no slurm-wlm munge" in result.stderr
+    assert "the tests of the report in a browser will be skipped: no chromium" in result.stderr
     assert checkout.calls()[-1] == "python -m pytest"
 
 

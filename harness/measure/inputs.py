@@ -14,7 +14,7 @@ from harness.measure.config import ROOT, Config
 from harness.scene.generated import generated_in
 from harness.whole_files import PARTIAL
 
-SOURCE_ENDINGS = frozenset({".py", ".h", ".cuh", ".cpp", ".yaml", ".j2", ".css", ".rst"})
+SOURCE_ENDINGS = frozenset({".py", ".h", ".cuh", ".cpp", ".yaml", ".j2", ".css", ".js", ".rst"})
 PACKAGES = frozenset({"harness", "haste_cuda", "reference"})
 """What of the imported is ours."""
 

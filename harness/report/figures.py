@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,6 +18,9 @@ from harness.tables.read import tracer_order
 
 Panel = tuple[str, str]
 """Scene and model."""
+COLUMNS = 3
+MOST_PANELS = 6
+"""Panels of one figure: two rows, which a page of paper has room for."""
 
 
 def legend(figure: Figure, tracers: Iterable[str], extra: list[Line2D] | None = None) -> None:
@@ -72,15 +75,33 @@ def _converging(measurements: Measurements, scene: str, model: str) -> list[str]
     ]
 
 
-def plot_convergence(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
-    """Error against samples a pixel, one panel a model; None without convergence images."""
-    panels = [model for model in models if _converging(measurements, scene, model)]
+def converging_panels(measurements: Measurements, panels: Iterable[Panel]) -> list[Panel]:
+    """Those of which there are images at several sample counts."""
+    return [panel for panel in panels if _converging(measurements, *panel)]
+
+
+def _grid(panels: Sequence[Panel]) -> tuple[Figure, list[Axes]]:
+    """Panels in reading order, at least COLUMNS a row, with their names."""
+    figure, all_axes = make_panels(-(-len(panels) // COLUMNS), COLUMNS, 2.75)
+    for axes, panel in zip(all_axes, panels, strict=False):
+        axes.set_title(", ".join(panel))
+        axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(NullLocator())
+    for axes in all_axes[len(panels) :]:
+        axes.set_axis_off()
+    for axes in all_axes[::COLUMNS]:
+        axes.set_ylabel("relMSE (1)")
+    return figure, all_axes
+
+
+def plot_convergence(measurements: Measurements, panels: Sequence[Panel]) -> Figure | None:
+    """Error against samples a pixel, one panel a scene and model; None without panels."""
     if not panels:
         return None
     with figure_style():
-        figure, all_axes = make_panels(1, max(3, len(panels)), 3.1)
+        figure, all_axes = _grid(panels)
         seen: set[str] = set()
-        for axes, model in zip(all_axes, panels, strict=False):
+        for axes, (scene, model) in zip(all_axes, panels, strict=False):
             counts: set[int] = set()
             top = 0.0
             slopes = []
@@ -102,15 +123,9 @@ def plot_convergence(measurements: Measurements, scene: str, models: list[str]) 
             noise = measurements.find("truth_noise", scene=scene, model=model, tracer="truth")
             if noise is not None and noise.value > 0.0:
                 axes.axhline(noise.value, color=FAINT, ls=":", lw=1.2, zorder=0)
-            axes.set_yscale("log")
-            axes.yaxis.set_minor_locator(NullLocator())
             powers_of_two(axes, counts)
             _write_slopes(axes, slopes)
-            axes.set_title(model)
             axes.set_xlabel("samples a pixel")
-        for axes in all_axes[len(panels) :]:
-            axes.set_axis_off()
-        all_axes[0].set_ylabel("relMSE")
         legend(figure, seen, [guide("slope −1"), guide("noise of the truth", ":")])
     return figure
 
@@ -136,15 +151,14 @@ def _write_slopes(axes: Axes, slopes: list[tuple[str, Interval | None]]) -> None
         )
 
 
-def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Figure | None:
-    """Time of an image against its relMSE, one panel a model; None without convergence images."""
-    panels = [model for model in models if _converging(measurements, scene, model)]
+def plot_plane(measurements: Measurements, panels: Sequence[Panel]) -> Figure | None:
+    """Time of an image against its relMSE, one panel a scene and model; None without panels."""
     if not panels:
         return None
     with figure_style():
-        figure, all_axes = make_panels(1, max(3, len(panels)), 3.1)
+        figure, all_axes = _grid(panels)
         seen: set[str] = set()
-        for axes, model in zip(all_axes, panels, strict=False):
+        for axes, (scene, model) in zip(all_axes, panels, strict=False):
             corners = []
             for tracer in _converging(measurements, scene, model):
                 where = {"scene": scene, "model": model, "tracer": tracer}
@@ -161,20 +175,14 @@ def plot_plane(measurements: Measurements, scene: str, models: list[str]) -> Fig
                 axes.set_axis_off()
                 continue
             axes.set_xscale("log")
-            axes.set_yscale("log")
             axes.xaxis.set_minor_locator(NullLocator())
-            axes.yaxis.set_minor_locator(NullLocator())
             x_values = [x for x, _ in corners]
             narrow = max(x_values) < 1e3 * min(x_values)
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,)))
             axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.margins(0.08)
             _equal_efficiency(axes, np.array(corners))
-            axes.set_title(model)
             axes.set_xlabel("seconds an image")
-        for axes in all_axes[len(panels) :]:
-            axes.set_axis_off()
-        all_axes[0].set_ylabel("relMSE")
         legend(figure, seen, [guide("equal efficiency")])
     return figure
 
@@ -210,7 +218,7 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
         figure, all_axes = make_panels(-(-len(shown) // 3), 3, 2.9)
         for axes, panel in zip(all_axes, shown, strict=False):
             sizes: set[int] = set()
-            top = 0.0
+            rates: list[float] = []
             for tracer in [tracer for other, tracer in swept if other == panel]:
                 for order, line in (("fifo", "-"), ("lifo", "--")):
                     found = _packets(measurements, panel, tracer, order)
@@ -219,15 +227,20 @@ def plot_packets(measurements: Measurements, panels: list[Panel]) -> Figure | No
                     sizes |= set(found)
                     mega = [interval.scaled(1e-6) for interval in found.values()]
                     _error_bars(axes, [float(n) for n in found], mega, tracer, linestyle=line)
-                    top = max(top, *(interval.value for interval in mega))
+                    rates += [interval.value for interval in mega]
                     knee = find_knee(found)
                     place = (knee, 1e-6 * found[knee].value)
                     axes.plot(*place, color=colour_of(tracer), marker=marker_of(tracer), ms=6.5)
-                top = max(top, _reference(axes, measurements, panel, tracer))
+                rates += _reference(axes, measurements, panel, tracer)
             powers_of_two(axes, sizes, max(1, len(sizes) // 4))
             axes.xaxis.set_major_formatter(FuncFormatter(power_of_two))
             # Intervals of a few repeats may be huge; the values must stay readable.
-            axes.set_ylim(0.0, 1.25 * top)
+            axes.set_yscale("log")
+            axes.set_ylim(0.6 * min(rates), 1.7 * max(rates))
+            steps = (1.0, 2.0, 5.0) if max(rates) < 30.0 * min(rates) else (1.0,)
+            axes.yaxis.set_major_locator(LogLocator(subs=steps))
+            axes.yaxis.set_minor_locator(NullLocator())
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.set_title(f"{panel[0]}, {panel[1]}")
             axes.set_xlabel("rays a packet")
         for axes in all_axes[len(shown) :]:
@@ -266,15 +279,15 @@ def _packets(
     )
 
 
-def _reference(axes: Axes, measurements: Measurements, panel: Panel, tracer: str) -> float:
-    """Draw the same tracer's depth-first engine as a line with its interval; returns its height."""
+def _reference(axes: Axes, measurements: Measurements, panel: Panel, tracer: str) -> list[float]:
+    """Draw the same tracer's depth-first engine as a line with its interval; its rate, if any."""
     rate = measurements.find(
         "rays_per_second", scene=panel[0], model=panel[1], tracer=tracer, case="rays=all"
     )
     if rate is None:
-        return 0.0
+        return []
     colour = colour_of(tracer)
     axes.axhline(1e-6 * rate.value, color=colour, ls=":", lw=1.3)
     if np.isfinite(rate.lower):
         axes.axhspan(1e-6 * rate.lower, 1e-6 * rate.upper, color=colour, alpha=0.12, lw=0)
-    return 1e-6 * rate.value
+    return [1e-6 * rate.value]

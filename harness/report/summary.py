@@ -3,64 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from harness.bounds import FAR, VISIBLE, GateSettings
 from harness.gate import Absent, Judgement
 from harness.report.numbers import significant
-from harness.report.tables import VERDICT_CLASS
 from harness.statistics.bias import Verdict
 from harness.tables.lookup import Measurements
 from harness.tables.read import SceneJob, model_order, tracer_order
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """One cell of the matrix of verdicts."""
-
-    text: str
-    kind: str
-    """class of its badge, empty where there is no verdict"""
-    reason: str
-    first: bool
-    """whether it opens the columns of a model"""
-
-
-@dataclass(frozen=True, slots=True)
-class Matrix:
-    """Verdicts at a glance: a row a scene, a column a model and tracer."""
-
-    models: Sequence[tuple[str, Sequence[str]]]
-    rows: Sequence[tuple[str, Sequence[Mark]]]
-
-
-SHORT = {Verdict.PASS: "pass", Verdict.FAIL: "fail", Verdict.NOT_ENOUGH_SAMPLES: "not enough"}
-
-
-def make_matrix(jobs: list[SceneJob], judgements: list[Judgement], absent: list[Absent]) -> Matrix:
-    """Arrange the verdicts; a tracer that ran nowhere in a model has no column."""
-    models = sorted({row.model for row in judgements}, key=model_order)
-    columns = [
-        (model, sorted({row.tracer for row in judgements if row.model == model}, key=tracer_order))
-        for model in models
-    ]
-    found = {(row.scene, row.model, row.tracer): row for row in judgements}
-    reasons = {(row.scene, row.model, row.tracer): row.reason for row in absent}
-    rows = []
-    for job in jobs:
-        marks = []
-        for model, tracers in columns:
-            for place, tracer in enumerate(tracers):
-                key = (job.name, model, tracer)
-                judgement = found.get(key)
-                if judgement is None:
-                    marks.append(Mark("–", "", reasons.get(key, "no images"), place == 0))
-                else:
-                    kind = VERDICT_CLASS[judgement.verdict]
-                    marks.append(Mark(SHORT[judgement.verdict], kind, "", place == 0))
-        rows.append((job.name, marks))
-    return Matrix(columns, rows)
 
 
 def _plural(count: int, noun: str) -> str:

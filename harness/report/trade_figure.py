@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib import colormaps
@@ -37,7 +37,7 @@ from harness.statistics.intervals import Interval
 from harness.statistics.trade import error_curve
 from harness.tables.knobs import UNBIASED
 from harness.tables.lookup import Measurements
-from harness.tables.read import SceneJob, model_order, tracer_order
+from harness.tables.read import model_order, tracer_order
 from harness.tables.schema import parse_case
 from harness.tables.trade import BUDGETS, EXACT
 
@@ -49,6 +49,20 @@ LOWEST, HIGHEST = 1e-6, 10.0
 MODEL_LINES = {"path": "-", "haste": "--", "whitted": ":"}
 FRONT = "#f0c54a"
 KNOB_STYLES = {"rr_depth": ("#d55e00", "--"), "clamp": ("#a8438b", "-."), "film": (INK, ":")}
+
+
+class Subject(Protocol):
+    """A scene: its job, or what of it is needed where only its measurements are left."""
+
+    @property
+    def name(self) -> str:
+        """As its folder and the tables call it."""
+        ...
+
+    @property
+    def description(self) -> Mapping[str, Any]:
+        """With `settings.max_depth`, where it is known."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +90,7 @@ class Curve:
         return replace(self, look=look)
 
 
-def curves_of(measurements: Measurements, job: SceneJob) -> list[Curve]:
+def curves_of(measurements: Measurements, job: Subject) -> list[Curve]:
     """All ways to the exact picture of a scene, in the order of tracers and models.
 
     `haste` and `whitted`, which have no solid angle, after their exposure was set; `path` as it is.
@@ -124,7 +138,7 @@ def curves_of(measurements: Measurements, job: SceneJob) -> list[Curve]:
     )
 
 
-def limit_bias(measurements: Measurements, job: SceneJob) -> Interval | None:
+def limit_bias(measurements: Measurements, job: Subject) -> Interval | None:
     """Squared bias of the scene's own depth limit, by the first tracer that has swept it."""
     depth = job.description.get("settings", {}).get("max_depth")
     case = f"exposure=raw;max_depth={depth}"
@@ -159,7 +173,7 @@ class Panel:
     """whether errors are against the model's own picture: other errors than those of the rest"""
 
 
-def plot_trade(measurements: Measurements, job: SceneJob) -> Figure | None:
+def plot_trade(measurements: Measurements, job: Subject) -> Figure | None:
     """Panels of tracers, models and knobs on one plane; None where `path` was not timed.
 
     In all of them the same front of all curves, and lines of equal efficiency; but for the sample

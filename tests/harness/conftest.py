@@ -297,6 +297,12 @@ def fabricate_results(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
+def fabricate_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """The same for a folder that several tests read."""
+    return lambda **arguments: fabricate(tmp_path_factory.mktemp("once"), **arguments)
+
+
+@pytest.fixture(scope="session")
 def fabricated_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small results folder that every test may read and none may change."""
     return fabricate(tmp_path_factory.mktemp("fabricated"))

@@ -1,11 +1,23 @@
 """The report: self-contained, complete, deterministic."""
 
+import html
+import json
 import re
+import shlex
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 
+import OpenEXR
+import pandas as pd
 import pytest
+import yaml
 
+from harness.measure.config import DEFAULT_PRESET, ROOT, check_config, merge
+from harness.report.again import command_of
 from harness.report.write import write_report
 from harness.tables import write_tables
 from harness.tracers.registry import COLOURS
@@ -66,7 +78,7 @@ def test_the_page_loads_nothing_from_elsewhere(report: Path, outline: Outline):
     assert outline.sources
     assert all(source.startswith("data:image/png;base64,") for source in outline.sources)
     text = report.read_text()
-    assert "<script" not in text
+    assert not re.findall(r"<script[^>]* src=", text)
     assert "@import" not in text
     assert not re.findall(r"url\((?!#)", text)
     assert not [link for link in outline.links if link.startswith(("http:", "https:", "//"))]
@@ -74,7 +86,11 @@ def test_the_page_loads_nothing_from_elsewhere(report: Path, outline: Outline):
 
 def test_every_link_leads_somewhere(report: Path, outline: Outline):
     for link in outline.links:
-        if link.startswith("#"):
+        if link.startswith("#view="):
+            scene, model, tracer = link[6:].partition("&")[0].split("/")
+            job = report.parent / "scenes" / scene
+            assert (job / "seeds" / model / tracer).is_dir(), link
+        elif link.startswith("#"):
             assert link[1:] in outline.ids, link
         else:
             assert (report.parent / link).is_file(), link
@@ -82,14 +98,13 @@ def test_every_link_leads_somewhere(report: Path, outline: Outline):
 
 def test_every_figure_is_a_file_and_every_table_a_csv(report: Path):
     figures = {path.name for path in (report.parent / "figures").iterdir()}
-    expected = {"agreement.svg", "packets.svg", "engines.svg"}
-    for scene in ("cornell-box", "mirror-glass"):
-        kinds = ("convergence", "plane", "trade")
-        expected |= {f"{name}-{scene}.svg" for name in kinds}
+    names = ("agreement", "packets", "engines", "spectrum", "quantiles", "speed")
+    names += ("convergence-1", "plane-1", "trade-cornell-box", "trade-mirror-glass")
+    expected = {f"{name}.svg" for name in names}
     assert figures == expected
     tables = {path.name for path in (report.parent / "tables").iterdir()}
     names = ("verdicts", "skipped", "speed", "errors", "packets", "engines", "times")
-    names += ("budget", "crossover")
+    names += ("budget", "crossover", "spectra", "resources")
     assert tables == {f"{name}.csv" for name in names}
 
 
@@ -107,8 +122,76 @@ def test_a_tracer_has_its_colour_in_every_figure(report: Path):
         assert COLOURS["haste-cuda"].lower() not in text, path.name
 
 
+def test_every_row_has_a_command_whose_settings_can_be_used(report: Path):
+    text = html.unescape(report.read_text())
+    commands = re.findall(r'data-command="([^"]*)"', text)
+    rows = re.findall(r"<tr><td", text.partition('<section id="trade">')[2])
+    assert len(commands) >= len(rows) - 2 * 5 > 100
+    whole = "./bench all --config results_dir=results/again"
+    for command in set(commands):
+        bench, target, option, *settings = shlex.split(command)
+        assert [bench, target, option] == ["./bench", "all", "--config"], command
+        changes = {key: yaml.safe_load(value) for key, value in map(split_setting, settings)}
+        config = check_config(merge(yaml.safe_load(DEFAULT_PRESET.read_text()), changes))
+        assert config["results_dir"] == "results/again", command
+        assert len(config.scenes) == 1 or command == whole, command
+    # Who was not run is said once of all scenes.
+    skipped = pd.read_csv(report.parent / "tables" / "skipped.csv")
+    assert commands.count(whole) <= skipped.groupby(["tracer", "reason"]).ngroups
+
+
+def split_setting(text: str) -> tuple[str, str]:
+    key, _, value = text.partition("=")
+    return key, value
+
+
+def test_a_command_of_the_miniature_renders_its_scene_and_nothing_beside():
+    preset = ROOT / "config" / "check.yaml"
+    config = merge(yaml.safe_load(DEFAULT_PRESET.read_text()), yaml.safe_load(preset.read_text()))
+    command = shlex.split(
+        command_of("verdicts", {"run": "check", "config": config}, "hard", "path")
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--nolock", "--dry-run", *command[2:]],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    assert "hard: ground truth" in said and "skull" not in said, said
+    assert "the same rays" not in said and "engine" not in said, said
+
+
+def test_a_page_holds_no_more_images_than_it_may_and_none_larger(
+    fabricate_results: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+):
+    folder = fabricate_results(models=("path", "whitted"), size=144, seeds=4, batches=4)
+    write_tables(folder)
+    monkeypatch.setattr("harness.report.sections.viewer.MOST_IMAGES", 10)
+    page = write_report(folder).read_text()
+    catalogue = json.loads(re.search(r'class="viewer-catalogue">(.*?)</script>', page)[1])
+    sides = [
+        -(-side // panel["block"])
+        for panel in catalogue["panels"]
+        for side in (panel["width"], panel["height"])
+    ]
+    thumbnails = re.findall(r'<img alt=[^>]* width="(\d+)" height="(\d+)"', page)
+    inline = sum(len(panel["images"]) for panel in catalogue["panels"]) + len(thumbnails)
+    assert thumbnails and catalogue["panels"] and catalogue["elsewhere"]
+    assert inline <= 10
+    assert max([*sides, *(int(side) for pair in thumbnails for side in pair)]) <= 128
+    with zipfile.ZipFile(folder / "report.zip") as archive:
+        images = [name for name in archive.namelist() if name.endswith(".exr")]
+        first = archive.read(images[0])
+    assert len(images) == 2 * (4 + 3)
+    (folder / "one.exr").write_bytes(first)
+    assert OpenEXR.File(str(folder / "one.exr")).channels()["RGB"].pixels.shape == (144, 144, 3)
+
+
 def test_writing_twice_gives_the_same_bytes(report: Path):
-    paths = [report, *sorted((report.parent / "figures").iterdir())]
+    paths = [report, report.parent / "report.zip", *sorted((report.parent / "figures").iterdir())]
     before = [path.read_bytes() for path in paths]
     write_report(report.parent)
     for path, old in zip(paths, before, strict=True):

@@ -13,6 +13,7 @@ from harness.measure.inputs import package_sources, scene_files, tracing_sources
 def test_every_step_is_a_command():
     wanted = {"truth", "measure", "rays", "prices", "stability", "modes", "surfaces", "sweeps"}
     wanted |= {"study", "tables", "report", "check", "baseline", "compare", "features", "available"}
+    wanted |= {"published"}
     assert set(COMMANDS) == wanted | {"generate", "thumbnails", "sheet"}
 
 

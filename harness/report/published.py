@@ -1,0 +1,118 @@
+"""Main figures of the published runs, for the README and the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from harness.measure.config import ROOT, find_scene
+from harness.report.figures import MOST_PANELS, converging_panels, plot_packets, plot_plane
+from harness.report.kinds import PUBLISHED_FIGURES
+from harness.report.speed_figure import plot_speed
+from harness.report.style import save_svg
+from harness.report.trade_figure import plot_trade
+from harness.scene import load_settings
+from harness.tables.knobs import KNOBS
+from harness.tables.lookup import Measurements, find_measurements, read_measurements
+from harness.tables.read import MODELS, ResultsError
+from harness.tables.schema import parse_case
+from harness.tables.trade import EXACT
+
+PUBLISHED = ROOT / "results" / "published"
+FOLDER = ROOT / "docs" / "images"
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """A scene of a published run, which has no job any more."""
+
+    name: str
+    description: Mapping[str, Any]
+
+
+def timed_scenes(measurements: Measurements) -> list[str]:
+    """Scenes that were timed and have no known answer, in the order of the file."""
+    known = {row.scene for row in measurements.rows if row.quantity == "answer"}
+    timed = [row.scene for row in measurements.rows if row.quantity == "samples_per_second"]
+    return [scene for scene in dict.fromkeys(timed) if scene not in known]
+
+
+def converging_scenes(measurements: Measurements) -> list[str]:
+    """Scenes with images of `path` at several sample counts."""
+    panels = [(scene, EXACT) for scene in timed_scenes(measurements)]
+    return [scene for scene, _ in converging_panels(measurements, panels)]
+
+
+def swept_scenes(measurements: Measurements) -> list[str]:
+    """Scenes of the sweep of packet sizes."""
+    rows = [row for row in measurements.rows if row.engine == "packets" and row.status == "ok"]
+    return list(dict.fromkeys(row.scene for row in rows if "order=" in row.case))
+
+
+def turned_scenes(measurements: Measurements) -> list[str]:
+    """Scenes whose knobs were turned."""
+    rows = [row for row in measurements.rows if row.quantity == "crossover_seconds"]
+    return list(
+        dict.fromkeys(row.scene for row in rows if set(KNOBS) & parse_case(row.case).keys())
+    )
+
+
+def _speed(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
+    return plot_speed(measurements, scenes)
+
+
+def _planes(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
+    return plot_plane(measurements, [(scene, EXACT) for scene in scenes[:MOST_PANELS]])
+
+
+def _packets(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
+    return plot_packets(measurements, [(scene, model) for scene in scenes for model in MODELS])
+
+
+def _trade(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
+    settings = load_settings(find_scene(scenes[0]))
+    subject = Subject(scenes[0], {"settings": {"max_depth": settings.max_depth}})
+    return plot_trade(measurements, subject)
+
+
+Scenes = Callable[[Measurements], list[str]]
+Plot = Callable[[Measurements, Sequence[str]], Figure | None]
+SPECIFIED: tuple[tuple[Scenes, Plot], ...] = (
+    (timed_scenes, _speed),
+    (converging_scenes, _planes),
+    (turned_scenes, _trade),
+    (swept_scenes, _packets),
+)
+"""What each of PUBLISHED_FIGURES is about, and how it is drawn."""
+
+
+def read_runs(folder: Path = PUBLISHED) -> dict[str, Measurements]:
+    """Every published run by its name, the oldest first; raises ResultsError if there is none."""
+    runs = sorted(path.parent for path in folder.glob("*/measurements.csv*"))
+    if not runs:
+        raise ResultsError(f"{folder}: no run is published here")
+    return {run.name: read_measurements(find_measurements(run)) for run in runs}
+
+
+def write_published(folder: Path = FOLDER) -> dict[Path, str]:
+    """Write the figures, each of the run that shows most scenes of its kind, the newest of equals.
+
+    Returns their paths with the names of the runs. Raises ResultsError where no run has measured
+    what a figure shows.
+    """
+    runs = read_runs()
+    written = {}
+    for name, (scenes_of, plot) in zip(PUBLISHED_FIGURES, SPECIFIED, strict=True):
+        run = max(runs, key=lambda one: (len(scenes_of(runs[one])), one))
+        scenes = scenes_of(runs[run])
+        figure = plot(runs[run], scenes) if scenes else None
+        if figure is None:
+            raise ResultsError(f"{PUBLISHED}: no run has measured what {name} shows")
+        path = folder / f"{name}.svg"
+        save_svg(figure, path)
+        written[path] = run
+    return written
