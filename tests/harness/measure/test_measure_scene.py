@@ -142,7 +142,7 @@ def start_measuring(folder: Path, kind: str, **variables: str) -> subprocess.Pop
         "if __name__ == '__main__':\n"
         f"    TRACERS['haste-cpu'] = 'fake_tracers:{kind}'\n"
         "    TRACERS['embree'] = 'fake_tracers:SteadyB'\n"
-        f"    measure_scene(load_config(Path({str(folder / 'config.yaml')!r})), 'lamp', 1)\n"
+        f"    measure_scene(load_config(Path({str(folder / 'config.json')!r})), 'lamp', 1)\n"
     )
     path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     return subprocess.Popen(

@@ -164,8 +164,10 @@ def test_a_class_that_is_there_is_kept_and_one_that_is_not_is_traced_again(
 def test_energy_is_asked_of_gpus_alone_and_the_reason_is_kept(make: Callable[..., Config]):
     config = make(["haste-cpu"], classes=["camera"], energy={"classes": ["camera"], "seconds": 0.1})
     _, records = replayed(config)
-    (row,) = records["camera"]["variants"]
-    assert row["joules"] is None and "NVML counts the energy of a GPU" in row["energy_reason"]
+    rows = records["camera"]["variants"]
+    assert {row["precision"] for row in rows} == {"watertight", "fast"}, rows
+    for row in rows:
+        assert row["joules"] is None and "NVML counts the energy of a GPU" in row["energy_reason"]
 
 
 def test_rays_that_cannot_be_made_are_one_error(make: Callable[..., Config], scene_path: Path):
