@@ -17,6 +17,7 @@ CATEGORIES = {
     "study": "Schedules",
     "speed": "Speed",
     "cracks": "Stability",
+    "stability": "Stability",
     "features": "Features",
     "rays": "Rays",
     "ray": "Rays",

@@ -25,6 +25,14 @@ SCENES = ("cornell-box", "three-spheres")
 SPP = {"path": 4, "haste": 2, "whitted": 2}
 PLAIN = {"path": 1, "haste": 1, "whitted": 1}
 """Factors of a scene that takes no more samples than others."""
+SWEPT: dict[str, list[float]] = {
+    **{
+        key: [] for key in ("distance", "distance_recentred", "eye", "light_distance", "light_size")
+    },
+    **{key: [] for key in ("radiance", "grazing", "slivers", "phong", "depth", "samples")},
+    "scale": [1.0],
+    "triangles": [2],
+}
 SETTINGS: dict[str, Any] = {
     "preset": "small",
     "miniature": True,
@@ -39,6 +47,13 @@ SETTINGS: dict[str, Any] = {
     "packets": {"scenes": ["cornell-box"], "models": ["path"], "sizes": [64, 4096], "repeats": 2},
     "engines": {"scenes": ["cornell-box"], "models": ["path"], "packets": [4096], "repeats": 2},
     "rays": {"scenes": []},
+    "features": {"scenes": []},
+    "stability": {
+        "scenes": [],
+        "modes": {"scenes": []},
+        "surfaces": {"scales": [1.0], "eyes": [1.0], "gaps": [1.0e-5]},
+        "sweeps": {"values": SWEPT, "images": 2},
+    },
     "knobs": {
         "scenes": ["cornell-box"],
         "max_depth": [2],

@@ -51,8 +51,8 @@ def test_slurm_runs_the_same_workflow_and_no_two_timed_jobs_at_once(
     with slurm_node(cores) as environment:
         run_on_slurm(run, environment)
     said = run.said()
-    # Two jobs a scene, and the tables.
-    assert said.count("has been submitted with SLURM jobid") == 2 * len(SCENES) + 1, said
+    # Two jobs a scene, surfaces and sweeps of the suite of stability, and the tables.
+    assert said.count("has been submitted with SLURM jobid") == 2 * len(SCENES) + 2 + 1, said
 
     jobs = [
         json.loads((run.results / "scenes" / scene / f"{step}.json").read_text())
