@@ -22,6 +22,9 @@ VARIABLES = {
 """Colours of a figure that follow the page's. Of the tracers' only the blue is too dark for a dark
 page."""
 
+STYLE_SHEET = '<style type="text/css">*{stroke-linejoin: round; stroke-linecap: butt}</style>'
+"""Of every SVG file that matplotlib writes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Embedded:
@@ -46,12 +49,20 @@ def colour_in_page(tracer: str) -> str:
 def embed(svg: str, prefix: str) -> str:
     """Make an SVG file part of a page.
 
-    It loses its prologue, ids that another figure may have too, and the colours that belong to
-    paper; and it is announced as one picture.
+    It loses its prologue; its style sheet, whose one rule is the page's (`.card svg`) and which would
+    have the browser style all of the page once more, for each figure; ids that nothing
+    refers to, or that another figure may have too; and the colours that belong to paper.
     """
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
-    body = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', body)
+    body = body.replace(STYLE_SHEET, "")
+    referred = set(re.findall(r'url\(#([^)]+)\)|href="#([^"]+)"', body))
+    kept = {name for pair in referred for name in pair}
+
+    def own_id(found: re.Match[str]) -> str:
+        return f' id="{prefix}-{found[1]}"' if found[1] in kept else ""
+
+    body = re.sub(r'\sid="([^"]+)"', own_id, body)
     body = re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", body)
     body = re.sub(r'href="#([^"]+)"', rf'href="#{prefix}-\1"', body)
     for colour, variable in VARIABLES.items():
