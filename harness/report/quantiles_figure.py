@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import LogLocator
 
-from harness.report.figures import legend
-from harness.report.forest import spread
-from harness.report.style import colour_of, figure_style, make_panels, marker_of
+from harness.report.scene_lines import Key, Look, plot_scene_lines
 from harness.statistics.intervals import Interval
 from harness.tables.lookup import Measurements
-from harness.tables.read import model_order, tracer_order
 from harness.tables.schema import parse_case
-
-Key = tuple[str, str, str]
-"""Scene, model and tracer."""
 
 
 def find_quantiles(
@@ -34,44 +29,27 @@ def find_quantiles(
     return found
 
 
+def _place_ticks(axes: Axes) -> None:
+    lowest, highest = axes.get_xlim()
+    steps = (1.0, 2.0, 5.0) if highest < 100.0 * lowest else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=6))
+    axes.grid(visible=False, axis="y")
+
+
+LOOK = Look("relMSE of one image (1)", 1.0, 0.42, 0.62, 1.6, _place_ticks)
+
+
+def _spread_of(shares: Mapping[float, Interval]) -> Interval:
+    """The median image between the lowest and the highest quantile."""
+    median = shares[0.5].value if 0.5 in shares else math.nan
+    return Interval(median, shares[min(shares)].value, shares[max(shares)].value, len(shares))
+
+
 def plot_quantiles(measurements: Measurements, wanted: Sequence[str]) -> Figure | None:
-    """RelMSE of nine images in ten, one panel a model, a line a scene; None without quantiles."""
+    """RelMSE of eight images in ten, one panel a model, a line a scene; None without quantiles."""
     found = find_quantiles(measurements, wanted)
     if not found:
         return None
     scenes = list(dict.fromkeys(scene for scene, _, _ in found))
-    models = sorted({model for _, model, _ in found}, key=model_order)
-    tracers = sorted({tracer for _, _, tracer in found}, key=tracer_order)
-    with figure_style():
-        figure, all_axes = make_panels(1, max(2, len(models)), 1.0 + 0.42 * len(scenes))
-        for axes, model in zip(all_axes, models, strict=False):
-            for (scene, _, tracer), shares in [one for one in found.items() if one[0][1] == model]:
-                place = scenes.index(scene) + spread(tracers.index(tracer), len(tracers), 0.62)
-                colour = colour_of(tracer)
-                axes.hlines(
-                    place,
-                    shares[min(shares)].value,
-                    shares[max(shares)].value,
-                    color=colour,
-                    lw=1.6,
-                )
-                median = shares.get(0.5, Interval(math.nan, math.nan, math.nan, 0))
-                axes.plot(
-                    median.value, place, color=colour, marker=marker_of(tracer), ms=4.0, mfc="white"
-                )
-            axes.set_xscale("log")
-            lowest, highest = axes.get_xlim()
-            steps = (1.0, 2.0, 5.0) if highest < 100.0 * lowest else (1.0,)
-            axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=6))
-            axes.xaxis.set_minor_locator(NullLocator())
-            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axes.set_ylim(len(scenes) - 0.5, -0.5)
-            axes.set_yticks(range(len(scenes)), scenes if axes is all_axes[0] else [])
-            axes.tick_params(axis="y", length=0)
-            axes.grid(visible=False, axis="y")
-            axes.set_xlabel("relMSE of one image (1)")
-            axes.set_title(model)
-        for axes in all_axes[len(models) :]:
-            axes.set_axis_off()
-        legend(figure, tracers)
-    return figure
+    shown = {key: _spread_of(shares) for key, shares in found.items()}
+    return plot_scene_lines(shown, scenes, LOOK)

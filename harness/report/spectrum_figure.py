@@ -21,19 +21,12 @@ from harness.report import numbers
 from harness.report.figures import guide, legend
 from harness.report.style import FAINT, colour_of, figure_style, make_panels, marker_of
 from harness.report.tables import Cell, Column, Table
-from harness.statistics.spectrum import (
-    BANDS,
-    ensemble,
-    error_spectra,
-    radial_frequencies,
-    truth_spectrum,
-)
-from harness.tables.read import SceneJob
+from harness.tables.lookup import Measurement, Measurements
+from harness.tables.schema import parse_case
+from harness.tables.spectra import SHARES
 from harness.tables.trade import EXACT
 
 COLUMNS = 4
-LEAST = 4
-"""Fewest runs that make an ensemble."""
 TICKS = (0.02, 0.05, 0.1, 0.2, 0.5)
 
 
@@ -46,45 +39,49 @@ class Spectrum:
     spp: int
     frequencies: NDArray[np.float64]
     """[M], cycles a pixel"""
-    bands: NDArray[np.float64]
-    """[len(BANDS), M], the runs at those shares"""
+    runs: NDArray[np.float64]
+    """[len(SHARES), M], the runs at those shares of all"""
     mean: NDArray[np.float64]
     """[M], over the runs"""
     floor: float
     """what the truth's noise adds"""
 
 
-def find_spectra(jobs: Sequence[SceneJob]) -> list[Spectrum]:
-    """The spectra of every scene and tracer with enough independent, finite images."""
-    found = []
-    for job in jobs:
-        tracers = job.tracers(EXACT) if EXACT in job.models else []
-        truth = job.truth(EXACT) if tracers else None
-        for tracer in tracers:
-            images = job.seeds(EXACT, tracer)
-            if images is None or truth is None or len(images.seeds) < LEAST:
-                continue
-            stack = images.images.astype(np.float64)
-            if not np.isfinite(stack).all() or min(job.width, job.height) < 2:
-                continue
-            spectra = error_spectra(stack, truth)
-            frequencies, _ = radial_frequencies(job.height, job.width)
-            found.append(
-                Spectrum(
-                    job.name,
-                    tracer,
-                    images.spp,
-                    frequencies,
-                    ensemble(spectra),
-                    spectra.mean(axis=0),
-                    truth_spectrum(truth),
-                )
-            )
-    return found
+def find_spectra(measurements: Measurements, scenes: Sequence[str]) -> list[Spectrum]:
+    """The spectra of every tracer's images of those scenes, in their order."""
+    rows: dict[tuple[str, str], list[Measurement]] = {}
+    for row in measurements.rows:
+        if row.quantity in {"error_power", "error_power_run"} and row.scene in scenes:
+            rows.setdefault((row.scene, row.tracer), []).append(row)
+    found = [_spectrum_of(measurements, *key, own) for key, own in rows.items()]
+    return sorted(found, key=lambda one: scenes.index(one.scene))
+
+
+def _spectrum_of(
+    measurements: Measurements, scene: str, tracer: str, rows: Sequence[Measurement]
+) -> Spectrum:
+    mean: dict[float, float] = {}
+    runs: dict[float, list[float]] = {share: [] for share in SHARES}
+    cases = [parse_case(row.case) for row in rows]
+    for row, case in zip(rows, cases, strict=True):
+        if row.quantity == "error_power":
+            mean[float(case["frequency"])] = row.interval.value
+        else:
+            runs[float(case["quantile"])].append(row.interval.value)
+    floor = measurements.find("truth_power", scene=scene, model=EXACT, tracer="truth")
+    return Spectrum(
+        scene,
+        tracer,
+        int(cases[0]["spp"]),
+        np.array(list(mean)),
+        np.array([runs[share] for share in SHARES]),
+        np.array(list(mean.values())),
+        floor.value if floor is not None else 0.0,
+    )
 
 
 def spectrum_table(found: Sequence[Spectrum]) -> Table:
-    """Power at the coarsest and the finest scale; the file has every frequency and band."""
+    """Power at the coarsest and the finest scale; the file has every frequency."""
     groups: dict[str, list[list[Cell]]] = {}
     for one in found:
         coarse, fine = float(one.mean[0]), float(one.mean[-1])
@@ -114,7 +111,7 @@ def spectrum_table(found: Sequence[Spectrum]) -> Table:
             "spp": one.spp,
             "frequency_cycles_per_pixel": frequency,
             "power": one.mean[place],
-            **{f"power_run_{share:g}": one.bands[row, place] for row, share in enumerate(BANDS)},
+            **{f"power_run_{share:g}": one.runs[row, place] for row, share in enumerate(SHARES)},
             "truth_noise": one.floor,
         }
         for one in found
@@ -136,8 +133,8 @@ def plot_spectra(found: Sequence[Spectrum]) -> Figure | None:
                 colour = colour_of(one.tracer)
                 axes.fill_between(
                     one.frequencies,
-                    one.bands[BANDS.index(0.1)],
-                    one.bands[BANDS.index(0.9)],
+                    one.runs[0],
+                    one.runs[-1],
                     color=colour,
                     alpha=0.15,
                     lw=0,

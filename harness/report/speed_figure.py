@@ -4,14 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import LogLocator
 
-from harness.report.figures import legend
-from harness.report.forest import spread
-from harness.report.style import colour_of, figure_style, make_panels, marker_of
+from harness.report.scene_lines import Key, Look, plot_scene_lines
+from harness.statistics.intervals import Interval
 from harness.tables.lookup import Measurements
-from harness.tables.read import model_order, tracer_order
+
+LEAST = 1e-9
+"""Lowest end of a line on an axis that has no zero."""
+
+
+def _place_ticks(axes: Axes) -> None:
+    axes.xaxis.set_major_locator(LogLocator(numticks=7))
+
+
+LOOK = Look("million samples a second", 1.1, 0.27, 0.5, 1.4, _place_ticks)
 
 
 def plot_speed(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
@@ -19,39 +28,15 @@ def plot_speed(measurements: Measurements, scenes: Sequence[str]) -> Figure | No
 
     None where nothing of these scenes was timed.
     """
-    found = {
-        (row.scene, row.model, row.tracer): row.interval.scaled(1e-6)
-        for row in measurements.rows
-        if row.quantity == "samples_per_second"
-        and row.status == "ok"
-        and not row.case
-        and row.scene in scenes
-    }
+    found: dict[Key, Interval] = {}
+    for row in measurements.rows:
+        if row.quantity != "samples_per_second" or row.status != "ok" or row.case:
+            continue
+        if row.scene in scenes:
+            rate = row.interval.scaled(1e-6)
+            shown = Interval(rate.value, max(rate.lower, LEAST), rate.upper, rate.n)
+            found[row.scene, row.model, row.tracer] = shown
     if not found:
         return None
-    shown = [scene for scene in scenes if any(key[0] == scene for key in found)]
-    models = sorted({model for _, model, _ in found}, key=model_order)
-    tracers = sorted({tracer for _, _, tracer in found}, key=tracer_order)
-    with figure_style():
-        figure, all_axes = make_panels(1, max(2, len(models)), 1.1 + 0.27 * len(shown))
-        for axes, model in zip(all_axes, models, strict=False):
-            for (scene, _, tracer), rate in [one for one in found.items() if one[0][1] == model]:
-                place = shown.index(scene) + spread(tracers.index(tracer), len(tracers), 0.5)
-                colour = colour_of(tracer)
-                axes.hlines(place, max(rate.lower, 1e-9), rate.upper, color=colour, lw=1.4)
-                axes.plot(
-                    rate.value, place, color=colour, marker=marker_of(tracer), ms=4.0, mfc="white"
-                )
-            axes.set_xscale("log")
-            axes.xaxis.set_major_locator(LogLocator(numticks=7))
-            axes.xaxis.set_minor_locator(NullLocator())
-            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axes.set_ylim(len(shown) - 0.5, -0.5)
-            axes.set_yticks(range(len(shown)), shown if axes is all_axes[0] else [])
-            axes.tick_params(axis="y", length=0)
-            axes.set_xlabel("million samples a second")
-            axes.set_title(model)
-        for axes in all_axes[len(models) :]:
-            axes.set_axis_off()
-        legend(figure, tracers)
-    return figure
+    timed = {scene for scene, _, _ in found}
+    return plot_scene_lines(found, [scene for scene in scenes if scene in timed], LOOK)

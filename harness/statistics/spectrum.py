@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.statistics.metrics import Image, Truth, luminance
-
-BANDS = (0.0, 0.1, 0.2, 0.5, 0.8, 0.9, 1.0)
-"""Shares of the runs, sorted by their error, between which the ensemble is drawn; Celarek's."""
 
 
 def radial_frequencies(height: int, width: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -50,12 +49,12 @@ def truth_spectrum(truth: Truth) -> float:
     return float((variance / (luminance(truth.mean) ** 2 + truth.epsilon)).mean())
 
 
-def ensemble(spectra: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quantiles BANDS of the runs at every frequency, runs sorted by their error: [7, M].
+def ensemble(spectra: NDArray[np.float64], shares: Sequence[float]) -> NDArray[np.float64]:
+    """The runs that lie at some shares of all, sorted by their error: [len(shares), M].
 
-    As Celarek et al. draw it: a run keeps its place at every frequency, so that a band is the mean
-    of the same few runs throughout.
+    As Celarek et al. draw it: a run keeps its place at every frequency, so that the edge of a band
+    is the same run throughout. spectra: [K, M].
     """
     runs = spectra[np.argsort(spectra.mean(axis=1), kind="stable")]
-    places = np.rint(np.array(BANDS) * (len(runs) - 1)).astype(int)
+    places = np.rint(np.array(shares) * (len(runs) - 1)).astype(int)
     return np.asarray(runs[places])

@@ -13,6 +13,7 @@ from harness.statistics.convergence import fit_slope
 from harness.statistics.intervals import Interval, median_interval, t_interval
 from harness.statistics.metrics import Truth
 from harness.statistics.robust import effective_pixels, quantile_interval
+from harness.statistics.spectrum import truth_spectrum
 from harness.statistics.tiles import TILE, compare_tiles, rounding_bound, sidak_level
 from harness.tables.read import ImageSet, SceneJob
 from harness.tables.schema import Recorder, Subject
@@ -45,6 +46,7 @@ def record_truth(recorder: Recorder, job: SceneJob, model: str, truth: Truth) ->
     means = metrics.luminance(truth.batches).mean(axis=(1, 2))
     recorder.measure(subject, "mean_luminance", t_interval(means))
     recorder.measure(subject, "truth_noise", exact(truth.relative_noise, batches))
+    recorder.measure(subject, "truth_power", exact(truth_spectrum(truth), batches))
 
 
 def record_seeds(

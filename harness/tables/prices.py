@@ -11,7 +11,7 @@ from typing import Any
 from harness.statistics.intervals import Interval, log_ratio_interval, median_interval
 from harness.statistics.timing import throughput
 from harness.tables.images import exact
-from harness.tables.read import read_json, scene_names
+from harness.tables.read import read_json, run_name, scenes_of_section
 from harness.tables.schema import Recorder, Subject
 
 CUDA = "haste-cuda"
@@ -39,24 +39,13 @@ class PriceJob:
 
     def subject(self, model: str, tracer: str) -> Subject:
         """The columns of a row."""
-        run = str(self.provenance.get("run", "unnamed"))
+        run = run_name(self.provenance)
         return Subject(run, self.name, tracer, model, self.engine, "watertight")
 
 
 def read_price_jobs(results_dir: Path) -> list[PriceJob]:
-    """Read what the pricing of features left, in the order of the run's settings.
-
-    Scenes that the settings do not name are left alone; none without settings.json.
-
-    Raises
-    ------
-    ResultsError
-        A file is missing or damaged.
-    """
-    settings = results_dir / "settings.json"
-    if not settings.exists():
-        return []
-    names = scene_names(read_json(settings).get("features", {}).get("scenes", []))
+    """Read what the pricing of features left of the run's scenes; raises ResultsError."""
+    names = scenes_of_section(results_dir, "features")
     return [_read_job(results_dir / "features" / name) for name in names]
 
 

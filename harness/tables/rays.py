@@ -11,7 +11,7 @@ from typing import Any
 from harness.statistics.intervals import Interval, log_ratio_interval
 from harness.statistics.timing import throughput
 from harness.tables.images import exact
-from harness.tables.read import read_json, scene_names
+from harness.tables.read import read_json, run_name, scenes_of_section
 from harness.tables.schema import Recorder, Subject
 
 ENGINE = "replay"
@@ -36,7 +36,7 @@ class RayJob:
     @property
     def run(self) -> str:
         """Name of the run."""
-        return str(self.provenance.get("run", "unnamed"))
+        return run_name(self.provenance)
 
     @property
     def gpus(self) -> list[str]:
@@ -46,19 +46,8 @@ class RayJob:
 
 
 def read_ray_jobs(results_dir: Path) -> list[RayJob]:
-    """Read what the benchmark of rays left, in the order of the run's settings.
-
-    Scenes that the settings do not name are left alone; none without settings.json.
-
-    Raises
-    ------
-    ResultsError
-        A file is missing or damaged.
-    """
-    settings = results_dir / "settings.json"
-    if not settings.exists():
-        return []
-    names = scene_names(read_json(settings).get("rays", {}).get("scenes", []))
+    """Read what the benchmark of rays left of the run's scenes; raises ResultsError."""
+    names = scenes_of_section(results_dir, "rays")
     return [_read_job(results_dir / "rays" / name) for name in names]
 
 

@@ -103,8 +103,8 @@ class SceneJob:
 
     @property
     def run(self) -> str:
-        """Name of the run, which joins rows to the provenance."""
-        return str(self.provenance.get("run", "unnamed"))
+        """Name of the run."""
+        return run_name(self.provenance)
 
     @property
     def miniature(self) -> bool:
@@ -236,6 +236,34 @@ def read_job(folder: Path) -> SceneJob:
     )
 
 
+def run_name(provenance: Mapping[str, Any]) -> str:
+    """Name of the run of a job, which joins rows to the provenance."""
+    return str(provenance.get("run", "unnamed"))
+
+
+def section_of_run(results_dir: Path, *keys: str) -> Mapping[str, Any]:
+    """A section of a run's settings, or a section of that; empty where there is none.
+
+    Raises
+    ------
+    ResultsError
+        settings.json is damaged.
+    """
+    settings = results_dir / "settings.json"
+    section: Mapping[str, Any] = read_json(settings) if settings.exists() else {}
+    for key in keys:
+        section = section.get(key, {})
+    return section
+
+
+def scenes_of_section(results_dir: Path, *keys: str) -> list[str]:
+    """Names of the scenes of a section of a run's settings, in their order; none without it.
+
+    Folders of scenes that it does not name are those of earlier runs, and left alone.
+    """
+    return scene_names(section_of_run(results_dir, *keys).get("scenes", []))
+
+
 def scenes_of_run(results_dir: Path) -> list[str] | None:
     """Names of the scenes that the settings.json of a results folder names, None without one."""
     settings = results_dir / "settings.json"
@@ -253,8 +281,7 @@ def scene_names(scenes: str | Sequence[str]) -> list[str]:
 
 def scenes_of_study(results_dir: Path) -> list[tuple[str, str]]:
     """Scene and model of each study of packets that the settings.json of a folder names."""
-    settings = results_dir / "settings.json"
-    study = read_json(settings).get("study", {}) if settings.exists() else {}
+    study = section_of_run(results_dir, "study")
     elsewhere = study.get("elsewhere", {})
     panels = [*study.get("panels", {}).items()]
     panels += [(name, elsewhere["models"]) for name in elsewhere.get("scenes", [])]

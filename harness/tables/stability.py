@@ -14,7 +14,7 @@ from harness.stability.cracks import QUANTILES
 from harness.statistics.intervals import Interval
 from harness.tables.images import exact
 from harness.tables.rays import ENGINE, MODEL
-from harness.tables.read import read_json, scene_names
+from harness.tables.read import read_json, run_name, scenes_of_section, section_of_run
 from harness.tables.schema import Recorder, Subject
 
 
@@ -29,23 +29,12 @@ class StabilityJob:
     @property
     def run(self) -> str:
         """Name of the run."""
-        return str(self.provenance.get("run", "unnamed"))
+        return run_name(self.provenance)
 
 
 def read_stability_jobs(results_dir: Path) -> list[StabilityJob]:
-    """Read what the tests of stability left, in the order of the run's settings.
-
-    None without settings.json, or where its settings have no such section.
-
-    Raises
-    ------
-    ResultsError
-        A file is missing or damaged.
-    """
-    settings = results_dir / "settings.json"
-    if not settings.exists():
-        return []
-    names = scene_names(read_json(settings).get("stability", {}).get("scenes", []))
+    """Read what the tests of stability left of the run's scenes; raises ResultsError."""
+    names = scenes_of_section(results_dir, "stability")
     return [_read_job(results_dir / "stability" / name) for name in names]
 
 
@@ -67,16 +56,12 @@ class ModesJob:
     @property
     def run(self) -> str:
         """Name of the run."""
-        return str(self.record["provenance"].get("run", "unnamed"))
+        return run_name(self.record["provenance"])
 
 
 def read_modes_jobs(results_dir: Path) -> list[ModesJob]:
     """Read what comparing the precisions left; as `read_stability_jobs`."""
-    settings = results_dir / "settings.json"
-    if not settings.exists():
-        return []
-    modes = read_json(settings).get("stability", {}).get("modes", {})
-    names = scene_names(modes.get("scenes", []))
+    names = scenes_of_section(results_dir, "stability", "modes")
     folder = results_dir / "stability" / "modes"
     return [ModesJob(name, read_json(folder / f"{name}.json")) for name in names]
 
@@ -90,13 +75,12 @@ class SurfacesJob:
     @property
     def run(self) -> str:
         """Name of the run."""
-        return str(self.record["provenance"].get("run", "unnamed"))
+        return run_name(self.record["provenance"])
 
 
 def read_surfaces_job(results_dir: Path) -> SurfacesJob | None:
     """Read it; None where the run's settings have no such section. Raises ResultsError."""
-    settings = results_dir / "settings.json"
-    if not settings.exists() or "surfaces" not in read_json(settings).get("stability", {}):
+    if "surfaces" not in section_of_run(results_dir, "stability"):
         return None
     return SurfacesJob(read_json(results_dir / "stability" / "surfaces.json"))
 

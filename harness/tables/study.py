@@ -14,7 +14,7 @@ from harness.statistics.intervals import Interval, median_interval
 from harness.statistics.launch_law import LaunchLaw, fit_launch_law
 from harness.statistics.timing import speed_ratio, throughput
 from harness.tables.images import exact
-from harness.tables.read import model_order, read_json, scenes_of_study
+from harness.tables.read import model_order, read_json, run_name, scenes_of_study
 from harness.tables.schema import Recorder, Subject
 
 RAY_BYTES = 64
@@ -80,8 +80,8 @@ class StudyJob:
 
     @property
     def run(self) -> str:
-        """Name of the run, which joins rows to the provenance."""
-        return str(self.provenance.get("run", "unnamed"))
+        """Name of the run."""
+        return run_name(self.provenance)
 
     def subject(self, tracer: str, engine: str) -> Subject:
         """The columns of the rows of an engine."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.statistics.intervals import Interval
-from harness.tables.read import read_json
+from harness.tables.read import read_json, run_name, section_of_run
 from harness.tables.schema import Recorder, Subject
 from harness.tables.stability import share_ppm
 
@@ -23,13 +23,12 @@ class SweepsJob:
     @property
     def run(self) -> str:
         """Name of the run."""
-        return str(self.record["provenance"].get("run", "unnamed"))
+        return run_name(self.record["provenance"])
 
 
 def read_sweeps_job(results_dir: Path) -> SweepsJob | None:
     """Read it; None where the run's settings have no such section. Raises ResultsError."""
-    settings = results_dir / "settings.json"
-    if not settings.exists() or "sweeps" not in read_json(settings).get("stability", {}):
+    if "sweeps" not in section_of_run(results_dir, "stability"):
         return None
     return SweepsJob(read_json(results_dir / "stability" / "sweeps.json"))
 

@@ -17,6 +17,7 @@ from harness.tables.prices import read_price_jobs, record_prices
 from harness.tables.rays import RayJob, read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
+from harness.tables.spectra import record_spectra
 from harness.tables.stability import (
     read_modes_jobs,
     read_stability_jobs,
@@ -34,7 +35,7 @@ from harness.tables.times import (
     record_ratios,
     record_times,
 )
-from harness.tables.trade import record_trade
+from harness.tables.trade import EXACT, record_trade
 from harness.whole_files import written_whole
 
 
@@ -74,6 +75,9 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
             images = job.seeds(model, tracer)
             if images is not None and images.seeds:
                 record_seeds(recorder, subject, images, truth, tile_size(job))
+                # A known answer is one colour all over the image.
+                if model == EXACT and not job.description.get("answers"):
+                    record_spectra(recorder, subject, images, truth)
                 own = timed.get((model, tracer))
                 if own is not None:
                     record_efficiency(recorder, job, model, tracer, (images, truth, own))

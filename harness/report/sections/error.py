@@ -21,7 +21,7 @@ def convergence(material: Material, figures: FigureFiles) -> Content:
 
 def spectrum(material: Material, figures: FigureFiles) -> Content | None:
     """At which scale of the image the error lies."""
-    found = find_spectra(material.pictured)
+    found = find_spectra(material.measurements, [job.name for job in material.pictured])
     figure = figures.add("spectrum", plot_spectra(found), "Error spectrum ensembles", "")
     if figure is None:
         return None

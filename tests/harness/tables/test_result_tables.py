@@ -11,8 +11,10 @@ import pandas as pd
 import pytest
 
 from harness.statistics.intervals import Interval
+from harness.statistics.spectrum import error_spectra
 from harness.tables import ResultsError, SchemaError, format_case, parse_case, write_tables
 from harness.tables.lookup import Measurements, read_measurements
+from harness.tables.read import read_jobs
 from harness.tables.schema import Recorder, Subject, load_list
 
 SUBJECT = Subject("run", "scene", "embree", "path", "depth_first", "robust")
@@ -97,6 +99,34 @@ def test_convergence_is_of_first_order(measurements: Measurements):
         slope = measurements.find("slope", scene="cornell-box", model=model, tracer="embree")
         assert slope is not None
         assert slope.lower < -0.98 < slope.upper or -1.02 < slope.value < -0.98, slope
+
+
+def test_the_spectrum_of_a_tracers_images_is_a_row_at_every_frequency(written: Path):
+    frame = pd.read_csv(written / "measurements.csv")
+    frame = frame[(frame.scene == "cornell-box") & (frame.tracer == "embree")]
+    powers = frame[frame.quantity == "error_power"]
+    assert set(powers.model) == {"path"}
+    # Rings of 32 x 32 pixels are one cycle wide and end at half a cycle a pixel.
+    assert [parse_case(case)["frequency"] for case in powers.case] == [k / 32 for k in range(1, 17)]
+    (job,) = [job for job in read_jobs(written) if job.name == "cornell-box"]
+    images = job.seeds("path", "embree")
+    assert images is not None
+    spectra = error_spectra(images.images.astype(np.float64), job.truth("path"))
+    np.testing.assert_allclose(powers.value, spectra.mean(axis=0), rtol=1e-8)
+    assert ((powers.lower < powers.value) & (powers.value < powers.upper)).all()
+    runs = frame[frame.quantity == "error_power_run"]
+    cases = [parse_case(case) for case in runs.case]
+    assert [case["quantile"] for case in cases] == [0.1, 0.9] * 16
+    # With eight runs these are the second and the last but one by their error.
+    order = np.argsort(spectra.mean(axis=1))
+    np.testing.assert_allclose(runs.value[::2], spectra[order[1]], rtol=1e-8)
+    np.testing.assert_allclose(runs.value[1::2], spectra[order[-2]], rtol=1e-8)
+
+
+def test_three_images_have_no_spectrum(fabricate_results: Callable[..., Path]):
+    folder = fabricate_results(scenes=("cornell-box",), models=("path",), seeds=3)
+    write_tables(folder)
+    assert not set(pd.read_csv(folder / "measurements.csv").quantity) & {"error_power"}
 
 
 def test_time_to_unit_variance_is_variance_times_seconds(measurements: Measurements):
