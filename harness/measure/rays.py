@@ -22,7 +22,7 @@ from harness.measure.eye_rays import unshaded_settings
 from harness.measure.files import hash_files, key_of, read_json, remove_partial, write_json
 from harness.measure.messages import Ready, Replay, Replayed, Trace
 from harness.measure.plan import subject_of
-from harness.measure.progress import Progress
+from harness.measure.progress import Progress, Stages
 from harness.measure.provenance import provenance, tracer_code
 from harness.rays.agreement import Sight, compare, evenly
 from harness.rays.classes import CLASSES
@@ -71,6 +71,16 @@ class Variant:
         self.status, self.reason = why.status, why.reason
 
 
+@dataclass(frozen=True, slots=True)
+class _Truth:
+    """What a sample of the rays hits: of those that are clear, and how many are what."""
+
+    sight: Sight
+    sample: int
+    ambiguous: int
+    hits: int
+
+
 def replay_scene(config: Config, name: str, threads: int) -> Path:
     """Make the rays of a scene, trace them with every tracer, and compare what they saw.
 
@@ -117,13 +127,13 @@ def _replay(config: Config, name: str, threads: int, progress: Progress) -> Path
         }
         on_gpu = any(ready[tracer].on_gpu for tracer in tracers if tracer in ready)
         count = config["rays"]["count"]["gpu" if on_gpu else "cpu"]
-        sha256 = _make_rays(config, crew, scene, settings, folder, count)
+        sha256 = _make_rays(config, crew, scene, settings, folder, count, progress)
         progress.say(f"{count} rays of each class, {len(ready)} tracers, {threads} threads")
         subjects = {
             tracer: subject_of(scene, tracer, render, threads, recentre=settings.recentre).key
             for tracer in tracers
         }
-        job = _Job(config, crew, scene, render, folder, ready, subjects, sha256)
+        job = _Job(config, crew, scene, render, folder, ready, subjects, count, sha256)
         job.run(progress)
         rows = crew.rows
     description = {
@@ -147,7 +157,13 @@ def _replay(config: Config, name: str, threads: int, progress: Progress) -> Path
 
 
 def _make_rays(
-    config: Config, crew: Crew, scene: Scene, settings: Settings, folder: Path, count: int
+    config: Config,
+    crew: Crew,
+    scene: Scene,
+    settings: Settings,
+    folder: Path,
+    count: int,
+    progress: Progress,
 ) -> str:
     """Write the scene's rays, unless they are there; SHA-256 of the file."""
     path, note = folder / FILE, folder / "rays.json"
@@ -158,10 +174,12 @@ def _make_rays(
     known = read_json(note)
     if isinstance(known, dict) and known.get("key") == key and path.is_file():
         return str(known["sha256"])
+    stages = Stages()
 
     def trace(rays: Rays) -> RayHits:
         request = Trace(rays.origins, rays.directions, rays.t_min, rays.t_max)
-        hits = crew.trace_loaded(MAKER, request)
+        with stages("tracing"):
+            hits = crew.trace_loaded(MAKER, request)
         if isinstance(hits, NoHits):
             raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {hits.reason}")
         return hits
@@ -169,10 +187,15 @@ def _make_rays(
     if not crew.takes_part(MAKER, unshaded_settings(settings, 1, 1).model):
         reasons = [row["reason"] for row in crew.rows if row["tracer"] == MAKER]
         raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {'; '.join(reasons)}")
-    rays = generate_rays(scene, trace, count, seed=seed, inside=inside)
-    write_rays(path, rays)
-    sha256 = hash_file(path)
+    with stages("making"):
+        rays = generate_rays(scene, trace, count, seed=seed, inside=inside, threads=crew.threads)
+    stages.seconds["making"] -= stages.seconds["tracing"]
+    with stages("writing"):
+        write_rays(path, rays)
+    with stages("hashing"):
+        sha256 = hash_file(path)
     write_json(note, {**parts, "key": key, "sha256": sha256, "bytes": path.stat().st_size})
+    progress.say(f"rays made in {stages}")
     return sha256
 
 
@@ -187,6 +210,7 @@ class _Job:
     folder: Path
     ready: Mapping[str, Ready]
     subjects: Mapping[str, str]
+    count: int
     sha256: str
 
     @property
@@ -208,9 +232,9 @@ class _Job:
             known = read_json(path)
             if isinstance(known, dict) and known.get("key") == key:
                 continue
-            start = progress.elapsed
-            write_json(path, {"key": key, **self._replay_class(name)})
-            progress.say(f"{name} in {progress.elapsed - start:.0f} s")
+            stages = Stages()
+            write_json(path, {"key": key, **self._replay_class(name, stages)})
+            progress.say(f"{name} in {stages}")
 
     def _absence(self, tracer: str) -> NoHits:
         """Why a tracer takes no part, or no further part."""
@@ -240,25 +264,33 @@ class _Job:
             limits.append(2 ** int(math.log2(max(1, tests // self._primitives))))
         return Variant(tracer, way, min((limit for limit in limits if limit), default=None))
 
-    def _replay_class(self, name: str) -> dict[str, Any]:
-        rays = read_rays(self.folder / FILE, name)
+    def _replay_class(self, name: str, stages: Stages) -> dict[str, Any]:
         variants = self._variants()
         clocks = [read_clocks()]
-        for variant in variants:
-            self._look(name, variant, len(rays))
-        compared = self._compare(name, rays, variants)
-        self._take_times(name, variants)
+        # Nobody is timed yet, so that brute force may be at work beside the tracers.
+        with ThreadPoolExecutor(1) as beside:
+            truth = beside.submit(self._truth, name)
+            with stages("looking"):
+                for variant in variants:
+                    self._look(name, variant)
+            with stages("comparing"):
+                true = truth.result()
+                apart = self._compare(name, true.sight, variants)
+        with stages("timing"):
+            self._take_times(name, variants)
         clocks.append(read_clocks())
-        for variant in variants:
-            self._take_energy(name, variant)
-        apart = compared.pop("apart")
+        with stages("energy"):
+            for variant in variants:
+                self._take_energy(name, variant)
         rows = [{**_row(one), **what} for one, what in zip(variants, apart, strict=True)]
         return {
             "rays": name,
             "any_hit": CLASSES[name],
-            "count": len(rays),
+            "count": self.count,
             "clocks": clocks,
-            **compared,
+            "sample": true.sample,
+            "ambiguous": true.ambiguous,
+            "hits": true.hits,
             "variants": rows,
         }
 
@@ -283,25 +315,36 @@ class _Job:
             return None
         return answer
 
-    def _look(self, name: str, variant: Variant, count: int) -> None:
+    def _look(self, name: str, variant: Variant) -> None:
         """Trace to see what is hit, and so often that what follows is warm."""
         answer = self._ask(name, variant, hits=True, repeats=self._settings["warm_ups"])
         if answer is None or answer.t is None or answer.primitive is None:
             return
         variant.first, variant.rays = answer, answer.rays
-        places = evenly(count, variant.most or count)
+        places = evenly(self.count, variant.most or self.count)
         variant.sight = Sight(places, Seen(answer.t, answer.primitive))
 
-    def _compare(self, name: str, rays: Rays, variants: Sequence[Variant]) -> dict[str, Any]:
-        """What differs from double precision, and from the first way of every tracer."""
+    def _truth(self, name: str) -> _Truth:
+        """What some of the rays hit, in double precision."""
         from reference.brute_force import closest_hits
 
+        rays = read_rays(self.folder / FILE, name)
         wanted = min(self._settings["sample"], self._settings["sample_pairs"] // self._primitives)
         places = evenly(len(rays), max(1, wanted))
         sample = Rays(*(getattr(rays, part)[places] for part in Rays.__slots__))
         truth = closest_hits(self.scene, sample)
         clear = ~truth.ambiguous
-        exact = Sight(places[clear], Seen(truth.t[clear], truth.primitive[clear]))
+        return _Truth(
+            sight=Sight(places[clear], Seen(truth.t[clear], truth.primitive[clear])),
+            sample=len(sample),
+            ambiguous=int(truth.ambiguous.sum()),
+            hits=int(np.isfinite(truth.t).sum()),
+        )
+
+    def _compare(
+        self, name: str, exact: Sight, variants: Sequence[Variant]
+    ) -> list[dict[str, Any]]:
+        """What differs from double precision, and from the first way of every tracer."""
         leaders: dict[str, Variant] = {}
         for variant in variants:
             if variant.sight is not None:
@@ -324,13 +367,7 @@ class _Job:
 
         # Millions of rays and a pair of tracers at a time: numpy lets go of the interpreter's lock.
         with ThreadPoolExecutor(self.crew.threads) as pool:
-            apart = list(pool.map(judge, variants))
-        return {
-            "sample": len(sample),
-            "ambiguous": int(truth.ambiguous.sum()),
-            "hits": int(np.isfinite(truth.t).sum()),
-            "apart": apart,
-        }
+            return list(pool.map(judge, variants))
 
     def _take_times(self, name: str, variants: Sequence[Variant]) -> None:
         """Timed repeats, the variants in turn: A B C A B C."""
