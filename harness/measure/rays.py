@@ -14,21 +14,20 @@ from typing import Any
 import numpy as np
 
 from harness.eye_rays import Seen
-from harness.locks import alone
 from harness.measure.config import Config
 from harness.measure.counters import read_clocks
 from harness.measure.crew import Crew, NoHits
 from harness.measure.eye_rays import unshaded_settings
-from harness.measure.files import hash_files, key_of, read_json, remove_partial, write_json
+from harness.measure.files import find_record, hash_files, key_of, write_json
 from harness.measure.messages import Ready, Replay, Replayed, Trace
-from harness.measure.plan import subject_of
-from harness.measure.progress import Progress, Stages
-from harness.measure.provenance import provenance, tracer_code
+from harness.measure.progress import Stages
+from harness.measure.provenance import tracer_code
+from harness.measure.scene_job import SceneJob, scene_job
 from harness.rays.agreement import Sight, compare, evenly
 from harness.rays.classes import CLASSES
 from harness.rays.generate import RaysError, generate_rays
 from harness.rays.store import hash_file, read_rays, write_rays
-from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
+from harness.scene import RenderSettings, Scene
 from harness.tracers.rays import RayHits, Rays, Structure, Way
 from harness.tracers.registry import TRACERS, load_tracer
 
@@ -105,74 +104,44 @@ def replay_scene(config: Config, name: str, threads: int) -> Path:
     RaysError
         Its rays cannot be made.
     """
-    progress, folder = Progress(name), config.ray_dir(name)
-    with alone(folder / ".rays.lock", progress.say):
-        remove_partial(folder, of_truth=False)
-        return _replay(config, name, threads, progress)
+    with scene_job(config, config.ray_scenes[name], config.ray_dir(name), "rays", threads) as job:
+        return _replay(job, name)
 
 
-def _replay(config: Config, name: str, threads: int, progress: Progress) -> Path:
-    scene_path, folder = config.ray_scenes[name], config.ray_dir(name)
-    settings = load_settings(scene_path)
-    scene = load_scene(scene_path, recentre=settings.recentre)
-    render = unshaded_settings(settings, scene.camera.width, scene.camera.height)
+def _replay(job: SceneJob, name: str) -> Path:
+    config, scene = job.config, job.scene
+    render = unshaded_settings(job.settings, scene.camera.width, scene.camera.height)
     tracers = config["tracers"]
-    about = provenance(config, scene, threads)
-    with Crew({*tracers, MAKER}, threads, config["timeout_seconds"]) as crew:
-        able = crew.probe(dict.fromkeys([*tracers, MAKER]), render.model)
-        ready = {
-            tracer: answer
-            for tracer, answer in able.items()
-            if crew.load(tracer, scene_path, render) is not None
-        }
+    with job.crew({*tracers, MAKER}) as crew:
+        ready = crew.ready(dict.fromkeys([*tracers, MAKER]), job.path, render)
         on_gpu = any(ready[tracer].on_gpu for tracer in tracers if tracer in ready)
         count = config["rays"]["count"]["gpu" if on_gpu else "cpu"]
-        sha256 = _make_rays(config, crew, scene, settings, folder, count, progress)
-        progress.say(f"{count} rays of each class, {len(ready)} tracers, {threads} threads")
-        subjects = {
-            tracer: subject_of(scene, tracer, render, threads, recentre=settings.recentre).key
-            for tracer in tracers
-        }
-        job = _Job(config, crew, scene, render, folder, ready, subjects, count, sha256)
-        job.run(progress)
-        rows = crew.rows
-    description = {
-        "name": scene.name,
-        "title": settings.title,
-        "sha256": scene.sha256,
-        "triangles": len(scene.triangles),
-        "spheres": len(scene.spheres),
-        "classes": config["rays"]["classes"],
-        "rays": count,
-        "rays_sha256": sha256,
-    }
-    about["rays"] = {"sha256": sha256, "count": count}
-    write_json(folder / "provenance.json", about)
-    write_json(folder / "scene.json", description)
-    summary = folder / SUMMARY
-    failed = [row for row in rows if row["status"] == "failed"]
-    write_json(summary, {"scene": name, "seconds": progress.elapsed, "failed": failed})
-    progress.say(f"rays complete in {progress.elapsed:.0f} s")
-    return summary
+        sha256 = _make_rays(job, crew, count)
+        job.note_provenance(rays={"sha256": sha256, "count": count})
+        job.describe(
+            triangles=len(scene.triangles),
+            spheres=len(scene.spheres),
+            classes=config["rays"]["classes"],
+            rays=count,
+            rays_sha256=sha256,
+        )
+        job.progress.say(f"{count} rays of each class, {len(ready)} tracers, {job.threads} threads")
+        subjects = {tracer: job.subject(tracer, render).key for tracer in tracers}
+        _Replays(job, crew, render, ready, subjects, count, sha256).run()
+    elapsed = job.progress.elapsed
+    job.progress.say(f"rays complete in {elapsed:.0f} s")
+    return job.finish(SUMMARY, scene=name, seconds=elapsed, failed=crew.failed)
 
 
-def _make_rays(
-    config: Config,
-    crew: Crew,
-    scene: Scene,
-    settings: Settings,
-    folder: Path,
-    count: int,
-    progress: Progress,
-) -> str:
+def _make_rays(job: SceneJob, crew: Crew, count: int) -> str:
     """Write the scene's rays, unless they are there; SHA-256 of the file."""
-    path, note = folder / FILE, folder / "rays.json"
-    inside, seed = settings.rays_inside, config["rays"]["seed"]
+    scene, path, note = job.scene, job.folder / FILE, job.folder / "rays.json"
+    inside, seed = job.settings.rays_inside, job.config["rays"]["seed"]
     code = hash_files((ROOT / "harness" / "rays").glob("*.py"))
     parts = {"scene": scene.sha256, "count": count, "seed": seed, "inside": inside}
     key = key_of({**parts, "code": code, "maker": tracer_code(MAKER)})
-    known = read_json(note)
-    if isinstance(known, dict) and known.get("key") == key and path.is_file():
+    known = find_record(note, key)
+    if known is not None and path.is_file():
         return str(known["sha256"])
     stages = Stages()
 
@@ -184,7 +153,7 @@ def _make_rays(
             raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {hits.reason}")
         return hits
 
-    if not crew.takes_part(MAKER, unshaded_settings(settings, 1, 1).model):
+    if not crew.takes_part(MAKER, unshaded_settings(job.settings, 1, 1).model):
         reasons = [row["reason"] for row in crew.rows if row["tracer"] == MAKER]
         raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {'; '.join(reasons)}")
     with stages("making"):
@@ -195,19 +164,17 @@ def _make_rays(
     with stages("hashing"):
         sha256 = hash_file(path)
     write_json(note, {**parts, "key": key, "sha256": sha256, "bytes": path.stat().st_size})
-    progress.say(f"rays made in {stages}")
+    job.progress.say(f"rays made in {stages}")
     return sha256
 
 
 @dataclass(frozen=True, slots=True)
-class _Job:
+class _Replays:
     """The replays of one scene."""
 
-    config: Config
+    job: SceneJob
     crew: Crew
-    scene: Scene
     render: RenderSettings
-    folder: Path
     ready: Mapping[str, Ready]
     subjects: Mapping[str, str]
     count: int
@@ -215,40 +182,42 @@ class _Job:
 
     @property
     def _settings(self) -> Mapping[str, Any]:
-        return self.config["rays"]
+        return self.job.config["rays"]
+
+    @property
+    def _scene(self) -> Scene:
+        return self.job.scene
+
+    @property
+    def _file(self) -> Path:
+        return self.job.folder / FILE
 
     @property
     def _primitives(self) -> int:
-        return len(self.scene.triangles) + len(self.scene.spheres)
+        return len(self._scene.triangles) + len(self._scene.spheres)
 
-    def run(self, progress: Progress) -> None:
+    def run(self) -> None:
         """Replay every class that an earlier run has not completed."""
         changing = {name: self._settings[name] for name in self._settings if name != "classes"}
         code = hash_files(ROOT / file for file in OWN_CODE)
         parts = {"settings": changing, "code": code, "rays": self.sha256, "who": self.subjects}
         for name in self._settings["classes"]:
-            path = self.folder / f"{name}.json"
+            path = self.job.folder / f"{name}.json"
             key = key_of({**parts, "class": name})
-            known = read_json(path)
-            if isinstance(known, dict) and known.get("key") == key:
+            if find_record(path, key) is not None:
                 continue
             stages = Stages()
             write_json(path, {"key": key, **self._replay_class(name, stages)})
-            progress.say(f"{name} in {stages}")
-
-    def _absence(self, tracer: str) -> NoHits:
-        """Why a tracer takes no part, or no further part."""
-        row = next(row for row in reversed(self.crew.rows) if row["tracer"] == tracer)
-        return NoHits(row["status"], row["reason"])
+            self.job.progress.say(f"{name} in {stages}")
 
     def _variants(self) -> list[Variant]:
         """Every tracer in every way that is asked for, also those that cannot."""
         variants = []
-        for tracer in self.config["tracers"]:
+        for tracer in self.job.config["tracers"]:
             answer = self.ready.get(tracer)
             if answer is None or not self.crew.takes_part(tracer, self.render.model):
                 missing = Variant(tracer, Way("", load_tracer(TRACERS[tracer]).precision))
-                missing.end(self._absence(tracer))
+                missing.end(self.crew.absence(tracer))
                 variants.append(missing)
                 continue
             wanted = self._settings["traversals"]
@@ -299,10 +268,10 @@ class _Job:
         if variant.status != "ok":
             return None
         if not self.crew.takes_part(variant.tracer, self.render.model):
-            variant.end(self._absence(variant.tracer))
+            variant.end(self.crew.absence(variant.tracer))
             return None
         request = Replay(
-            file=self.folder / FILE,
+            file=self._file,
             rays=name,
             any_hit=CLASSES[name],
             way=variant.way,
@@ -328,11 +297,11 @@ class _Job:
         """What some of the rays hit, in double precision."""
         from reference.brute_force import closest_hits
 
-        rays = read_rays(self.folder / FILE, name)
+        rays = read_rays(self._file, name)
         wanted = min(self._settings["sample"], self._settings["sample_pairs"] // self._primitives)
         places = evenly(len(rays), max(1, wanted))
         sample = Rays(*(getattr(rays, part)[places] for part in Rays.__slots__))
-        truth = closest_hits(self.scene, sample)
+        truth = closest_hits(self._scene, sample)
         clear = ~truth.ambiguous
         return _Truth(
             sight=Sight(places[clear], Seen(truth.t[clear], truth.primitive[clear])),
