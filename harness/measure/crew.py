@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from harness.measure.config import Config
-from harness.measure.messages import Loaded, Ready, Render, Replay, Replayed, Trace
+from harness.measure.messages import Loaded, Ready, Render, Replay, Replayed, Take, Trace
 from harness.measure.worker import TracerFailedError, TracerRefusedError, Worker
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
@@ -190,6 +190,16 @@ class Crew:
         except TracerFailedError as error:
             self._end(tracer)
             return NoHits("failed", str(error))
+
+    def take(self, tracer: str, model: str, request: Take) -> None:
+        """Have a tracer read rays of a file; it is dropped where that fails.
+
+        Several tracers may be asked by threads of their own: each is another process.
+        """
+        try:
+            self._workers[tracer].take(request)
+        except TracerFailedError as error:
+            self._fail(tracer, model, error)
 
     def replay(self, tracer: str, model: str, request: Replay) -> Replayed | NoHits:
         """Trace rays of a file through the scene that a tracer has loaded.

@@ -7,7 +7,7 @@ goes on with the classes that are missing.
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +19,17 @@ from harness.measure.counters import read_clocks
 from harness.measure.crew import Crew, NoHits
 from harness.measure.eye_rays import unshaded_settings
 from harness.measure.files import find_record, hash_files, key_of, write_json
-from harness.measure.messages import Ready, Replay, Replayed, Trace
+from harness.measure.messages import Ready, Replay, Replayed, Take, Trace
 from harness.measure.progress import Stages
 from harness.measure.provenance import tracer_code
+from harness.measure.ray_variants import Variant
 from harness.measure.scene_job import SceneJob, scene_job
 from harness.rays.agreement import Sight, compare, evenly
 from harness.rays.classes import CLASSES
 from harness.rays.generate import RaysError, generate_rays
 from harness.rays.store import hash_file, read_rays, write_rays
 from harness.scene import RenderSettings, Scene
-from harness.tracers.rays import RayHits, Rays, Structure, Way
+from harness.tracers.rays import RayHits, Rays, Way
 from harness.tracers.registry import TRACERS, load_tracer
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,32 +43,11 @@ SETTLING = 1
 MOST_REPEATS = 100_000
 """Of a reading of energy, where a repeat takes next to no time."""
 OWN_CODE = (
-    *("harness/measure/rays.py", "harness/measure/replay.py", "harness/eye_rays.py"),
+    *("harness/measure/rays.py", "harness/measure/ray_variants.py", "harness/measure/replay.py"),
+    *("harness/eye_rays.py",),
     *("harness/tracers/extension.py", "harness/tracers/mitsuba_rays.py", "harness/tracers/rays.py"),
     *("harness/rays/agreement.py", "reference/brute_force.py"),
 )
-
-
-@dataclass(slots=True)
-class Variant:
-    """One tracer in one way, and what came of it for one class of rays."""
-
-    tracer: str
-    way: Way
-    most: int | None = None
-    status: str = "ok"
-    reason: str = ""
-    rays: int = 0
-    times: list[float] = field(default_factory=list)
-    first: Replayed | None = None
-    """of the repeat whose hits are compared"""
-    sight: Sight | None = None
-    joules: float | None = None
-    energy_reason: str = ""
-
-    def end(self, why: NoHits) -> None:
-        """Note that there is no more to be had, and why."""
-        self.status, self.reason = why.status, why.reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,22 +216,20 @@ class _Replays:
     def _replay_class(self, name: str, stages: Stages) -> dict[str, Any]:
         variants = self._variants()
         clocks = [read_clocks()]
-        # Nobody is timed yet, so that brute force may be at work beside the tracers.
-        with ThreadPoolExecutor(1) as beside:
-            truth = beside.submit(self._truth, name)
-            with stages("looking"):
-                for variant in variants:
-                    self._look(name, variant)
-            with stages("comparing"):
-                true = truth.result()
-                apart = self._compare(name, true.sight, variants)
+        with stages("reading"):
+            true = self._read(name, variants)
+        with stages("looking"):
+            for variant in variants:
+                self._look(name, variant)
+        with stages("comparing"):
+            apart = self._compare(name, true.sight, variants)
         with stages("timing"):
             self._take_times(name, variants)
         clocks.append(read_clocks())
         with stages("energy"):
             for variant in variants:
                 self._take_energy(name, variant)
-        rows = [{**_row(one), **what} for one, what in zip(variants, apart, strict=True)]
+        rows = [{**one.row(), **what} for one, what in zip(variants, apart, strict=True)]
         return {
             "rays": name,
             "any_hit": CLASSES[name],
@@ -292,6 +270,26 @@ class _Replays:
         variant.first, variant.rays = answer, answer.rays
         places = evenly(self.count, variant.most or self.count)
         variant.sight = Sight(places, Seen(answer.t, answer.primitive))
+
+    def _read(self, name: str, variants: Sequence[Variant]) -> _Truth:
+        """Have every tracer read the rays, all at once, and find what some of them hit meanwhile.
+
+        Nothing is built or timed yet that this would disturb.
+        """
+        most: dict[str, list[int | None]] = {}
+        for variant in variants:
+            if variant.status == "ok":
+                most.setdefault(variant.tracer, []).append(variant.most)
+
+        def take(tracer: str) -> None:
+            request = Take(self._file, name, tuple(dict.fromkeys(most[tracer])))
+            self.crew.take(tracer, self.render.model, request)
+
+        with ThreadPoolExecutor(len(most) + 1) as pool:
+            truth = pool.submit(self._truth, name)
+            for taken in [pool.submit(take, tracer) for tracer in most]:
+                taken.result()
+            return truth.result()
 
     def _truth(self, name: str) -> _Truth:
         """What some of the rays hit, in double precision."""
@@ -370,22 +368,3 @@ class _Replays:
             variant.energy_reason = answer.joules
         else:
             variant.joules = answer.joules
-
-
-def _row(variant: Variant) -> dict[str, Any]:
-    first = variant.first
-    structure: Structure | None = first.structure if first else None
-    return {
-        "tracer": variant.tracer,
-        "traversal": variant.way.traversal,
-        "precision": variant.way.precision,
-        "status": variant.status,
-        "reason": variant.reason,
-        "rays": variant.rays,
-        "seconds": variant.times,
-        "visits": asdict(first.visits) if first and first.visits else None,
-        "structure": asdict(structure) if structure else None,
-        "peak_bytes": first.peak_bytes if first else None,
-        "joules": variant.joules,
-        "energy_reason": variant.energy_reason,
-    }

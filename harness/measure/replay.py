@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from harness.measure.counters import NvmlError, read_energy
-from harness.measure.messages import Replay, Replayed
+from harness.measure.messages import Replay, Replayed, Take
 from harness.rays.agreement import evenly
 from harness.rays.store import read_rays
 from harness.tracers.base import Tracer
@@ -53,6 +53,13 @@ def _joules(before: float | str, after: float | str, repeats: int) -> float | st
     if isinstance(before, str):
         return before
     return after if isinstance(after, str) else (after - before) / repeats
+
+
+def take(tracer: Tracer, request: Take) -> None:
+    """Read a class of rays and have the tracer hold it, so that no replay need wait for that."""
+    one = _class_of(request.file, request.rays)
+    for most in request.most:
+        one.share(tracer, most)
 
 
 def replay(tracer: Tracer, request: Replay) -> Replayed:

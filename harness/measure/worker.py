@@ -23,6 +23,8 @@ from harness.measure.messages import (
     Replay,
     Replayed,
     Request,
+    Take,
+    Taken,
     Trace,
 )
 from harness.measure.wire import receive, send
@@ -71,6 +73,11 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
                 return tracer.trace(origins, directions, t_min, t_max, any_hit=any_hit)
             except UnsupportedError as refusal:
                 return Refused(str(refusal))
+        case Take():
+            from harness.measure.replay import take
+
+            take(tracer, request)
+            return Taken()
         case Replay():
             from harness.measure.replay import replay
 
@@ -236,6 +243,11 @@ class Worker:
         answer = self._ask(request)
         assert isinstance(answer, RayHits)
         return answer
+
+    def take(self, request: Take) -> None:
+        """Have the tracer read a class of rays of a file."""
+        answer = self._ask(request)
+        assert isinstance(answer, Taken)
 
     def replay(self, request: Replay) -> Replayed:
         """Trace a class of rays of a file through the loaded scene."""

@@ -130,26 +130,29 @@ def generate_rays(
         key = np.array([seed, list(CLASSES).index(name)], np.uint64)
         return np.random.Generator(np.random.Philox(key=key))
 
-    with ThreadPoolExecutor(threads) as pool:
+    reach = AMBIENT_SHARE * extent(scene)
+    # What is drawn, one number after another, is drawn of several classes side by side.
+    with ThreadPoolExecutor(threads) as pool, ThreadPoolExecutor(threads) as beside:
         parts = Parts(pool)
+        uniform = beside.submit(_uniform_rays, parts, scene, count, random("random"))
         camera = _camera_rays(parts, scene.camera, count, random("camera"))
         seen = _hit_points(parts, scene, camera, trace(camera), "camera")
+        shadow = beside.submit(_shadow_rays, parts, scene, seen, count, random("shadow"))
+        ambient = beside.submit(_diffuse_rays, parts, seen, count, random("ambient"), reach)
         # Outside faces the camera, inside turns away from it; later bounces stay where they are.
         start = replace(seen, normal=-seen.normal) if inside else seen
         diffuse1 = _diffuse_rays(parts, start, count, random("diffuse1"), math.inf)
+        shuffled = beside.submit(_shuffled, diffuse1, random("shuffled"))
         bounced = _hit_points(parts, scene, diffuse1, trace(diffuse1), "diffuse1")
-        reach = AMBIENT_SHARE * extent(scene)
-        order = random("shuffled").permutation(count)
-        uniform = _uniform_rays(parts, scene, count, random("random"))
         made = {
             "camera": camera,
-            "shadow": _shadow_rays(parts, scene, seen, count, random("shadow")),
-            "ambient": _diffuse_rays(parts, seen, count, random("ambient"), reach),
             "diffuse1": diffuse1,
             "diffuse2": _diffuse_rays(parts, bounced, count, random("diffuse2"), math.inf),
-            "shuffled": Rays(*(getattr(diffuse1, part)[order] for part in Rays.__slots__)),
-            "random": uniform,
-            "random_any": uniform,
+            "shadow": shadow.result(),
+            "ambient": ambient.result(),
+            "shuffled": shuffled.result(),
+            "random": uniform.result(),
+            "random_any": uniform.result(),
         }
     return {name: made[name] for name in CLASSES}
 
@@ -262,6 +265,11 @@ def _diffuse_rays(
         return _offset(spread), _unit(direction)
 
     return _rays(parts, count, make, reach)
+
+
+def _shuffled(rays: Rays, random: np.random.Generator) -> Rays:
+    order = random.permutation(len(rays))
+    return Rays(*(getattr(rays, part)[order] for part in Rays.__slots__))
 
 
 def _shadow_rays(

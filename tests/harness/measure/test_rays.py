@@ -168,7 +168,7 @@ def test_the_log_tells_what_the_time_of_a_class_goes_into(
     replayed(make(["haste-cpu"], classes=["camera"]))
     log = capsys.readouterr().err
     number = r"\d+\.\d"
-    parts = ("looking", "comparing", "timing", "energy")
+    parts = ("reading", "looking", "comparing", "timing", "energy")
     spent = ", ".join(f"{part} {number}" for part in parts)
     assert re.search(rf"lamp: camera in {number} s \({spent}\)", log), log
     made = ", ".join(f"{part} {number}" for part in ("tracing", "making", "writing", "hashing"))
