@@ -9,7 +9,7 @@ namespace haste {
 
 namespace {
 
-bool finite(const Vec3f& v) {
+bool finite(const Vec3<float>& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
