@@ -67,12 +67,12 @@ def count_differences(a: Seen, b: Seen) -> int:
     distances that are further apart than `SAME_DISTANCE`: on a shared edge either side is right.
     """
     hit_a, hit_b = np.isfinite(a.t), np.isfinite(b.t)
-    both = hit_a & hit_b
-    t_a = np.where(both, a.t, 0.0).astype(np.float64)
-    t_b = np.where(both, b.t, 0.0).astype(np.float64)
-    apart = np.abs(t_a - t_b) > SAME_DISTANCE * np.maximum(t_a, t_b)
     other = (a.primitive != b.primitive) | (a.primitive == NONE)
-    return int(((hit_a != hit_b) | (both & other & apart)).sum())
+    # Few of millions: distances need be compared where primitives differ only.
+    doubtful = np.flatnonzero(hit_a & hit_b & other)
+    t_a, t_b = a.t[doubtful].astype(np.float64), b.t[doubtful].astype(np.float64)
+    apart = np.abs(t_a - t_b) > SAME_DISTANCE * np.maximum(t_a, t_b)
+    return int(np.count_nonzero(hit_a != hit_b) + np.count_nonzero(apart))
 
 
 @dataclass(frozen=True, slots=True)

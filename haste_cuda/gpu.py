@@ -6,6 +6,7 @@ from typing import Any
 
 from haste_cuda import _core
 from haste_cuda.nvrtc import configure
+from haste_cuda.rays import held
 
 
 def cuda_unavailable() -> str | None:
@@ -39,9 +40,10 @@ def render_cuda(
 
 
 def trace_cuda(scene: _core.Scene, *rays: Any, **how: Any) -> dict[str, Any]:
-    """Trace rays on the GPU: see `_core.trace_cuda`, whose arrays and keywords these are.
+    """Trace rays on the GPU: see `_core.trace_cuda`, whose keywords these are.
 
-    Raises CudaError, CompileError, and ValueError naming the ray that makes no sense.
+    rays: `Rays`, or the arrays that they are made of. Raises CudaError, CompileError, and
+    ValueError naming the ray that makes no sense.
     """
     configure()
-    return _core.trace_cuda(scene, *rays, **how)
+    return _core.trace_cuda(scene, held(*rays), **how)

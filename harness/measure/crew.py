@@ -6,7 +6,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from harness.measure.messages import Loaded, Ready, Render, Replay, Replayed, Trace
+from harness.measure.config import Config
+from harness.measure.messages import Loaded, Ready, Render, Replay, Replayed, Take, Trace
 from harness.measure.worker import TracerFailedError, TracerRefusedError, Worker
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult
@@ -48,6 +49,11 @@ class Crew:
         for tracer in tracers:
             self._worker(tracer)
 
+    @classmethod
+    def of(cls, config: Config, tracers: Iterable[str], threads: int) -> Self:
+        """A crew that may take as long as the settings of the run allow."""
+        return cls(tracers, threads, config["timeout_seconds"])
+
     def __enter__(self) -> Self:
         return self
 
@@ -77,6 +83,16 @@ class Crew:
         # Whatever state the process is in, nothing more is asked of it.
         self._end(tracer)
         self.drop(tracer, model, "failed", str(error))
+
+    @property
+    def failed(self) -> list[dict[str, str]]:
+        """The rows of those that did not go on for what is nobody's wish."""
+        return [row for row in self.rows if row["status"] == "failed"]
+
+    def absence(self, tracer: str) -> NoHits:
+        """Why a tracer that was dropped takes no part, or no further part."""
+        row = next(row for row in reversed(self.rows) if row["tracer"] == tracer)
+        return NoHits(row["status"], row["reason"])
 
     def takes_part(self, tracer: str, model: str) -> bool:
         """Whether a tracer has neither been refused nor failed in a model."""
@@ -130,6 +146,16 @@ class Crew:
             self._fail(tracer, settings.model, error)
         return None
 
+    def ready(
+        self, tracers: Iterable[str], scene_path: Path, settings: RenderSettings
+    ) -> dict[str, Ready]:
+        """Find which tracers can run on this machine and load a scene; drop the others."""
+        return {
+            tracer: ready
+            for tracer, ready in self.probe(tracers, settings.model).items()
+            if self.load(tracer, scene_path, settings) is not None
+        }
+
     def render(self, tracer: str, model: str, request: Render) -> RenderResult | None:
         """Render once; None, and the tracer dropped, where that fails."""
         try:
@@ -164,6 +190,16 @@ class Crew:
         except TracerFailedError as error:
             self._end(tracer)
             return NoHits("failed", str(error))
+
+    def take(self, tracer: str, model: str, request: Take) -> None:
+        """Have a tracer read rays of a file; it is dropped where that fails.
+
+        Several tracers may be asked by threads of their own: each is another process.
+        """
+        try:
+            self._workers[tracer].take(request)
+        except TracerFailedError as error:
+            self._fail(tracer, model, error)
 
     def replay(self, tracer: str, model: str, request: Replay) -> Replayed | NoHits:
         """Trace rays of a file through the scene that a tracer has loaded.

@@ -8,7 +8,7 @@ from typing import Any
 
 from harness.eye_rays import Seen, corner_rays, count_differences
 from harness.measure.crew import Crew, NoHits
-from harness.measure.files import hash_files, key_of, read_json, write_json
+from harness.measure.files import find_record, hash_files, key_of, write_json
 from harness.measure.messages import Trace
 from harness.measure.plan import subject_of
 from harness.scene import RenderSettings, Settings, load_scene, load_settings
@@ -70,8 +70,7 @@ def measure_eye_rays(
     ]
     code = hash_files(ROOT / file for file in OWN_CODE)
     key = key_of({"tracers": keys, "published": asdict(settings.eye_rays), "code": code})
-    kept = read_json(path)
-    if isinstance(kept, dict) and kept.get("key") == key:
+    if find_record(path, key) is not None:
         return path
 
     from reference.pinhole import closest_hits

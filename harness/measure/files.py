@@ -25,6 +25,12 @@ def read_json(path: Path) -> Any:
         return None
 
 
+def find_record(path: Path, key: str) -> dict[str, Any] | None:
+    """Read a record whose `key` says that it is of what is wanted; None if there is no such."""
+    known = read_json(path)
+    return known if isinstance(known, dict) and known.get("key") == key else None
+
+
 def write_image(path: Path, image: NDArray[np.floating]) -> None:
     """Write an image [height, width, 3] as a float32 .npy file, whole or not at all."""
     write_array(path, np.ascontiguousarray(image, dtype=np.float32))

@@ -11,13 +11,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from harness.locks import alone
 from harness.measure.answers import expected_answers
 from harness.measure.book import TimeBook
 from harness.measure.config import Config
 from harness.measure.crew import Crew
 from harness.measure.eye_rays import measure_eye_rays
-from harness.measure.files import keep_only, remove_partial, write_json
+from harness.measure.files import keep_only, write_json
 from harness.measure.model_job import ModelJob, Share
 from harness.measure.plan import (
     plan_convergence,
@@ -26,11 +25,10 @@ from harness.measure.plan import (
     plan_packets,
     plan_seeds,
     plan_timing,
-    subject_of,
 )
 from harness.measure.progress import Progress
-from harness.measure.provenance import provenance
-from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
+from harness.measure.scene_job import SceneJob, scene_job
+from harness.scene import RenderSettings
 
 SUMMARY = "measured.json"
 """Written last: that it is there says that the job is complete."""
@@ -38,18 +36,16 @@ UNTAKEN = "untaken.json"
 """Turns of knobs that a tracer has not, and why."""
 
 
-def _shares(
-    config: Config, crew: Crew, scene: Scene, settings: Settings, render: RenderSettings
-) -> list[Share]:
+def _shares(job: SceneJob, crew: Crew, render: RenderSettings) -> list[Share]:
     """Plan the whole work of every tracer that this machine can run in a model.
 
     A scene with a known answer is judged and not timed: rays a second over a patch of wall, seen
     through a keyhole, are those of no scene that anybody renders.
     """
-    timed = not settings.answer
+    config, timed = job.config, not job.settings.answer
     shares = []
     for tracer, ready in crew.probe(config["tracers"], render.model).items():
-        subject = subject_of(scene, tracer, render, crew.threads, recentre=settings.recentre)
+        subject = job.subject(tracer, render)
         knobs, untaken = plan_knobs(config, subject, render, ready.knobs) if timed else ([], [])
         shares.append(
             Share(
@@ -67,11 +63,9 @@ def _shares(
     return shares
 
 
-def _describe(scene: Scene, settings: Settings, size: tuple[int, int]) -> dict[str, Any]:
+def _description(job: SceneJob, size: tuple[int, int]) -> dict[str, Any]:
+    scene, settings = job.scene, job.settings
     return {
-        "name": scene.name,
-        "title": settings.title,
-        "sha256": scene.sha256,
         "features": list(scene.features.names()),
         "settings": asdict(settings),
         "caustic": settings.caustic,
@@ -110,31 +104,27 @@ def measure_scene(config: Config, name: str, threads: int) -> Path:
     reference.analytic.AnswerError
         The scene has no such known answer.
     """
-    progress = Progress(name)
-    with alone(config.scene_dir(name) / ".measure.lock", progress.say):
-        return _measure(config, name, threads, progress)
+    path, folder, size = config.scenes[name], config.scene_dir(name), config.resolution(name)
+    with scene_job(config, path, folder, "measure", threads, size=size) as job:
+        return _measure(job, name, size)
 
 
-def _measure(config: Config, name: str, threads: int, progress: Progress) -> Path:
+def _measure(job: SceneJob, name: str, wanted: tuple[int | None, int | None]) -> Path:
     started = time.time()
-    scene_path = config.scenes[name]
-    folder = config.scene_dir(name)
-    remove_partial(folder, of_truth=False)
-    settings = load_settings(scene_path)
-    width, height = config.resolution(name)
+    config, folder, settings, progress = job.config, job.folder, job.settings, job.progress
+    width, height = wanted
     models = [model for model in config["models"] if model in settings.models]
     renders = {model: settings.render(model, width=width, height=height) for model in models}
-    scene = load_scene(scene_path, width=width, height=height, recentre=settings.recentre)
-    answers = expected_answers(settings.answer, scene, renders)
-    write_json(folder / "provenance.json", provenance(config, scene, threads))
+    answers = expected_answers(settings.answer, job.scene, renders)
+    job.note_provenance()
 
     seconds: dict[str, float] = {}
-    with Crew(config["tracers"], threads, config["timeout_seconds"]) as crew:
+    with job.crew(config["tracers"]) as crew:
         for model in config["models"]:
             if model not in models:
                 for tracer in config["tracers"]:
                     crew.drop(tracer, model, "skipped", "not among the models of the scene")
-        plans = {model: _shares(config, crew, scene, settings, renders[model]) for model in models}
+        plans = {model: _shares(job, crew, renders[model]) for model in models}
         shares = [share for plan in plans.values() for share in plan]
         book = TimeBook(folder)
         book.keep_only(
@@ -152,28 +142,19 @@ def _measure(config: Config, name: str, threads: int, progress: Progress) -> Pat
         progress.say(
             f"{planned} renders planned, {planned - progress.total} there already, "
             f"{len(models)} models, {len({share.subject.tracer for share in shares})} tracers, "
-            f"{threads} threads"
+            f"{job.threads} threads"
         )
         for model in models:
             start = progress.elapsed
-            ModelJob(crew, progress, book, folder, scene_path, renders[model]).run(todo[model])
+            ModelJob(crew, progress, book, folder, job.path, renders[model]).run(todo[model])
             seconds[model] = progress.elapsed - start
-        measure_eye_rays(crew, config["tracers"], scene_path, folder)
+        measure_eye_rays(crew, config["tracers"], job.path, folder)
         rows = crew.rows
     for row in rows:
         progress.say(f"{row['model']} {row['tracer']} {row['status']}: {row['reason']}")
     size = next(((one.width, one.height) for one in renders.values()), (0, 0))
-    description = _describe(scene, settings, size)
-    write_json(
-        folder / "scene.json",
-        {
-            **description,
-            **book.hashes,
-            "answers": answers,
-            "hashes": book.hashes,
-            "films": book.films(),
-        },
-    )
+    description = {**_description(job, size), **book.hashes}
+    job.describe(**description, answers=answers, hashes=book.hashes, films=book.films())
     write_json(folder / "skipped.json", rows)
     untaken = [one for share in shares for one in share.untaken]
     write_json(
@@ -190,23 +171,19 @@ def _measure(config: Config, name: str, threads: int, progress: Progress) -> Pat
     )
     book.save()
     _say_budget(config, progress)
-    summary = folder / SUMMARY
-    write_json(
-        summary,
-        {
-            "scene": name,
-            "threads": threads,
-            "host": platform.node(),
-            "started": started,
-            "ended": time.time(),
-            "seconds": seconds,
-            "processor_seconds": _processor_seconds(),
-            "renders": progress.done,
-            "planned": planned,
-            "failed": [row for row in rows if row["status"] == "failed"],
-        },
+    return job.finish(
+        SUMMARY,
+        scene=name,
+        threads=job.threads,
+        host=platform.node(),
+        started=started,
+        ended=time.time(),
+        seconds=seconds,
+        processor_seconds=_processor_seconds(),
+        renders=progress.done,
+        planned=planned,
+        failed=crew.failed,
     )
-    return summary
 
 
 def _processor_seconds() -> float:

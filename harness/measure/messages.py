@@ -48,6 +48,23 @@ class Trace:
 
 
 @dataclass(frozen=True, slots=True)
+class Take:
+    """Read a class of rays, for any number of replays. Answered by `Taken` or `Refused`.
+
+    file, rays: as of `Replay`. most: of all the replays, see there.
+    """
+
+    file: Path
+    rays: str
+    most: tuple[int | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """The rays are there."""
+
+
+@dataclass(frozen=True, slots=True)
 class Replay:
     """Trace a class of rays of a file. Answered by `Replayed` or `Refused`.
 
@@ -120,5 +137,5 @@ class Failed:
     message: str
 
 
-Request = Probe | Load | Render | Trace | Replay
-Answer = Ready | Loaded | Refused | Failed | RenderResult | RayHits | Replayed
+Request = Probe | Load | Render | Trace | Take | Replay
+Answer = Ready | Loaded | Refused | Failed | RenderResult | RayHits | Taken | Replayed

@@ -11,16 +11,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.locks import alone
 from harness.measure.config import Config, ConfigError
 from harness.measure.crew import Crew
-from harness.measure.files import key_of, read_json, remove_partial, write_json
+from harness.measure.files import find_record, key_of, write_json
 from harness.measure.kernels import KernelCost, Program, measure_kernel
 from harness.measure.messages import Render
-from harness.measure.plan import in_turn, subject_of
-from harness.measure.progress import Progress
-from harness.measure.provenance import provenance
-from harness.scene import RenderSettings, load_scene, load_settings
+from harness.measure.plan import in_turn
+from harness.measure.scene_job import SceneJob, scene_job
+from harness.scene import RenderSettings
 
 SUMMARY = "priced.json"
 """Written last: that it is there says that every price is known."""
@@ -90,27 +88,22 @@ def price_scene(config: Config, name: str, threads: int) -> Path:
     ConfigError
         The settings name a feature that there is not.
     """
-    folder, progress = config.price_dir(name), Progress(name)
-    with alone(folder / ".prices.lock", progress.say):
-        remove_partial(folder, of_truth=False)
-        return _Job(config, name, threads, progress).run()
+    path, folder = config.price_scenes[name], config.price_dir(name)
+    with scene_job(config, path, folder, "prices", threads) as job:
+        return _Prices(job).run(name)
 
 
-class _Job:
+class _Prices:
     """The prices of one scene."""
 
-    def __init__(self, config: Config, name: str, threads: int, progress: Progress) -> None:
+    def __init__(self, job: SceneJob) -> None:
         from haste_cuda import _core
         from haste_cuda.nvrtc import configure
 
         configure()
         self.core = _core
-        self.config, self.threads, self.progress = config, threads, progress
-        self.settings: dict[str, Any] = config["features"]
-        self.name, self.folder = name, config.price_dir(name)
-        self.path = config.price_scenes[name]
-        self.scene_settings = load_settings(self.path)
-        self.scene = load_scene(self.path, recentre=self.scene_settings.recentre)
+        self.job, self.progress = job, job.progress
+        self.settings: dict[str, Any] = job.config["features"]
         self.names: list[str] = _core.feature_names()
         self.singly = self._singly()
 
@@ -126,32 +119,23 @@ class _Job:
             )
         return list(chosen)
 
-    def run(self) -> Path:
+    def run(self, name: str) -> Path:
         """Compile, then time; write what came of it."""
         needs = self._needs()
         architecture, gpu = self._architecture()
         compiled = [row for need in needs for row in self._compile(need, architecture)]
-        timed, absent = self._time(needs)
-        description = {
-            "name": self.name,
-            "title": self.scene_settings.title,
-            "sha256": self.scene.sha256,
-            "architecture": architecture,
-            "gpu": gpu,
-            "required": {need.model: self._spelled(need.required) for need in needs},
-            "ray_bytes": int(self.core.ray_bytes()),
-        }
-        write_json(self.folder / "scene.json", description)
-        write_json(
-            self.folder / "provenance.json", provenance(self.config, self.scene, self.threads)
+        timed, failed = self._time(needs)
+        self.job.describe(
+            architecture=architecture,
+            gpu=gpu,
+            required={need.model: self._spelled(need.required) for need in needs},
+            ray_bytes=int(self.core.ray_bytes()),
         )
-        write_json(self.folder / "compiled.json", compiled)
-        summary = self.folder / SUMMARY
-        failed = [row for row in absent if row["status"] == "failed"]
+        self.job.note_provenance()
+        write_json(self.job.folder / "compiled.json", compiled)
         seconds = self.progress.elapsed
-        write_json(summary, {"scene": self.name, "seconds": seconds, "failed": failed})
         self.progress.say(f"{len(compiled)} kernels, {len(timed)} times in {seconds:.0f} s")
-        return summary
+        return self.job.finish(SUMMARY, scene=name, seconds=seconds, failed=failed)
 
     def _spelled(self, features: int) -> list[str]:
         return [name for bit, name in enumerate(self.names) if features >> bit & 1]
@@ -159,13 +143,13 @@ class _Job:
     def _needs(self) -> list[Needs]:
         from harness.tracers.haste import to_core, to_core_settings
 
-        core_scene = to_core(self.scene, self.threads)
+        core_scene = to_core(self.job.scene, self.job.threads)
         traversal = self.core.image_traversal(core_scene, self.settings["engine"])
         needs = []
         for model in self.settings["models"]:
-            if model not in self.scene_settings.models:
+            if model not in self.job.settings.models:
                 continue
-            render = self.scene_settings.render(model)
+            render = self.job.settings.render(model)
             values = to_core_settings(render)
             required = int(self.core.required_features(core_scene, model, values))
             of_model = int(self.core.model_features(model))
@@ -207,26 +191,27 @@ class _Job:
         return rows
 
     def _measured(self, program: Program) -> KernelCost:
-        shelf = self.folder.parent / f".{SHELF}"
+        shelf = self.job.folder.parent / f".{SHELF}"
         return measure_kernel(program, self.settings["compile_repeats"], shelf)
 
     def _time(self, needs: Sequence[Needs]) -> tuple[list[Row], list[Row]]:
-        """Time every tracer's programs, each once before any of them again."""
-        path = self.folder / "timed.json"
-        tracers = [name for name in self.settings["tracers"] if name in self.config["tracers"]]
+        """Time every tracer's programs, each once before any of them again; all rows, and those of
+        tracers that failed.
+        """
+        path = self.job.folder / "timed.json"
+        tracers = [name for name in self.settings["tracers"] if name in self.job.config["tracers"]]
         rows: list[Row] = []
-        with Crew(tracers, self.threads, self.config["timeout_seconds"]) as crew:
+        with self.job.crew(tracers) as crew:
             for need in needs:
                 for tracer, ready in crew.probe(tracers, need.model).items():
                     rows += self._time_one(crew, need, tracer, on_gpu=ready.on_gpu)
-            absent = crew.rows
         for need in needs:
-            for row in absent:
+            for row in crew.rows:
                 if row["model"] == need.model:
                     cases = self._cases_of(need, row["tracer"])
                     rows += [{**row, "features": case.name, "seconds": []} for case in cases]
         write_json(path, rows)
-        return rows, absent
+        return rows, crew.failed
 
     def _cases_of(self, need: Needs, tracer: str) -> list[Priced]:
         """The sets of features that a tracer has programs for."""
@@ -242,10 +227,7 @@ class _Job:
         ]
 
     def _time_one(self, crew: Crew, need: Needs, tracer: str, *, on_gpu: bool) -> list[Row]:
-        subject = subject_of(
-            *(self.scene, tracer, need.settings, self.threads),
-            recentre=self.scene_settings.recentre,
-        )
+        subject = self.job.subject(tracer, need.settings)
         samples = self.settings["samples"]["gpu" if on_gpu else "cpu"]
         pixels = need.settings.width * need.settings.height
         spp = max(1, math.ceil(samples / pixels))
@@ -254,11 +236,11 @@ class _Job:
             {"subject": subject.key, "spp": spp, "cases": [asdict(case) for case in cases]}
             | {"repeats": self.settings["repeats"], "engine": self.settings["engine"]}
         )
-        saved = self.folder / f"{need.model}-{tracer}.json"
-        known = read_json(saved)
-        if isinstance(known, dict) and known["key"] == key:
+        saved = self.job.folder / f"{need.model}-{tracer}.json"
+        known = find_record(saved, key)
+        if known is not None:
             return list(known["rows"])
-        if crew.load(tracer, self.path, need.settings) is None:
+        if crew.load(tracer, self.job.path, need.settings) is None:
             return []
         requests = {
             case: Render(

@@ -7,29 +7,29 @@ goes on with the classes that are missing.
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from harness.eye_rays import Seen
-from harness.locks import alone
 from harness.measure.config import Config
 from harness.measure.counters import read_clocks
 from harness.measure.crew import Crew, NoHits
 from harness.measure.eye_rays import unshaded_settings
-from harness.measure.files import hash_files, key_of, read_json, remove_partial, write_json
-from harness.measure.messages import Ready, Replay, Replayed, Trace
-from harness.measure.plan import subject_of
-from harness.measure.progress import Progress
-from harness.measure.provenance import provenance, tracer_code
+from harness.measure.files import find_record, hash_files, key_of, write_json
+from harness.measure.messages import Ready, Replay, Replayed, Take, Trace
+from harness.measure.progress import Stages
+from harness.measure.provenance import tracer_code
+from harness.measure.ray_variants import Variant
+from harness.measure.scene_job import SceneJob, scene_job
 from harness.rays.agreement import Sight, compare, evenly
 from harness.rays.classes import CLASSES
 from harness.rays.generate import RaysError, generate_rays
 from harness.rays.store import hash_file, read_rays, write_rays
-from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
-from harness.tracers.rays import RayHits, Rays, Structure, Way
+from harness.scene import RenderSettings, Scene
+from harness.tracers.rays import RayHits, Rays, Way
 from harness.tracers.registry import TRACERS, load_tracer
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -43,32 +43,21 @@ SETTLING = 1
 MOST_REPEATS = 100_000
 """Of a reading of energy, where a repeat takes next to no time."""
 OWN_CODE = (
-    *("harness/measure/rays.py", "harness/measure/replay.py", "harness/eye_rays.py"),
+    *("harness/measure/rays.py", "harness/measure/ray_variants.py", "harness/measure/replay.py"),
+    *("harness/eye_rays.py",),
     *("harness/tracers/extension.py", "harness/tracers/mitsuba_rays.py", "harness/tracers/rays.py"),
     *("harness/rays/agreement.py", "reference/brute_force.py"),
 )
 
 
-@dataclass(slots=True)
-class Variant:
-    """One tracer in one way, and what came of it for one class of rays."""
+@dataclass(frozen=True, slots=True)
+class _Truth:
+    """What a sample of the rays hits: of those that are clear, and how many are what."""
 
-    tracer: str
-    way: Way
-    most: int | None = None
-    status: str = "ok"
-    reason: str = ""
-    rays: int = 0
-    times: list[float] = field(default_factory=list)
-    first: Replayed | None = None
-    """of the repeat whose hits are compared"""
-    sight: Sight | None = None
-    joules: float | None = None
-    energy_reason: str = ""
-
-    def end(self, why: NoHits) -> None:
-        """Note that there is no more to be had, and why."""
-        self.status, self.reason = why.status, why.reason
+    sight: Sight
+    sample: int
+    ambiguous: int
+    hits: int
 
 
 def replay_scene(config: Config, name: str, threads: int) -> Path:
@@ -95,136 +84,120 @@ def replay_scene(config: Config, name: str, threads: int) -> Path:
     RaysError
         Its rays cannot be made.
     """
-    progress, folder = Progress(name), config.ray_dir(name)
-    with alone(folder / ".rays.lock", progress.say):
-        remove_partial(folder, of_truth=False)
-        return _replay(config, name, threads, progress)
+    with scene_job(config, config.ray_scenes[name], config.ray_dir(name), "rays", threads) as job:
+        return _replay(job, name)
 
 
-def _replay(config: Config, name: str, threads: int, progress: Progress) -> Path:
-    scene_path, folder = config.ray_scenes[name], config.ray_dir(name)
-    settings = load_settings(scene_path)
-    scene = load_scene(scene_path, recentre=settings.recentre)
-    render = unshaded_settings(settings, scene.camera.width, scene.camera.height)
+def _replay(job: SceneJob, name: str) -> Path:
+    config, scene = job.config, job.scene
+    render = unshaded_settings(job.settings, scene.camera.width, scene.camera.height)
     tracers = config["tracers"]
-    about = provenance(config, scene, threads)
-    with Crew({*tracers, MAKER}, threads, config["timeout_seconds"]) as crew:
-        able = crew.probe(dict.fromkeys([*tracers, MAKER]), render.model)
-        ready = {
-            tracer: answer
-            for tracer, answer in able.items()
-            if crew.load(tracer, scene_path, render) is not None
-        }
+    with job.crew({*tracers, MAKER}) as crew:
+        ready = crew.ready(dict.fromkeys([*tracers, MAKER]), job.path, render)
         on_gpu = any(ready[tracer].on_gpu for tracer in tracers if tracer in ready)
         count = config["rays"]["count"]["gpu" if on_gpu else "cpu"]
-        sha256 = _make_rays(config, crew, scene, settings, folder, count)
-        progress.say(f"{count} rays of each class, {len(ready)} tracers, {threads} threads")
-        subjects = {
-            tracer: subject_of(scene, tracer, render, threads, recentre=settings.recentre).key
-            for tracer in tracers
-        }
-        job = _Job(config, crew, scene, render, folder, ready, subjects, sha256)
-        job.run(progress)
-        rows = crew.rows
-    description = {
-        "name": scene.name,
-        "title": settings.title,
-        "sha256": scene.sha256,
-        "triangles": len(scene.triangles),
-        "spheres": len(scene.spheres),
-        "classes": config["rays"]["classes"],
-        "rays": count,
-        "rays_sha256": sha256,
-    }
-    about["rays"] = {"sha256": sha256, "count": count}
-    write_json(folder / "provenance.json", about)
-    write_json(folder / "scene.json", description)
-    summary = folder / SUMMARY
-    failed = [row for row in rows if row["status"] == "failed"]
-    write_json(summary, {"scene": name, "seconds": progress.elapsed, "failed": failed})
-    progress.say(f"rays complete in {progress.elapsed:.0f} s")
-    return summary
+        sha256 = _make_rays(job, crew, count)
+        job.note_provenance(rays={"sha256": sha256, "count": count})
+        job.describe(
+            triangles=len(scene.triangles),
+            spheres=len(scene.spheres),
+            classes=config["rays"]["classes"],
+            rays=count,
+            rays_sha256=sha256,
+        )
+        job.progress.say(f"{count} rays of each class, {len(ready)} tracers, {job.threads} threads")
+        subjects = {tracer: job.subject(tracer, render).key for tracer in tracers}
+        _Replays(job, crew, render, ready, subjects, count, sha256).run()
+    elapsed = job.progress.elapsed
+    job.progress.say(f"rays complete in {elapsed:.0f} s")
+    return job.finish(SUMMARY, scene=name, seconds=elapsed, failed=crew.failed)
 
 
-def _make_rays(
-    config: Config, crew: Crew, scene: Scene, settings: Settings, folder: Path, count: int
-) -> str:
+def _make_rays(job: SceneJob, crew: Crew, count: int) -> str:
     """Write the scene's rays, unless they are there; SHA-256 of the file."""
-    path, note = folder / FILE, folder / "rays.json"
-    inside, seed = settings.rays_inside, config["rays"]["seed"]
+    scene, path, note = job.scene, job.folder / FILE, job.folder / "rays.json"
+    inside, seed = job.settings.rays_inside, job.config["rays"]["seed"]
     code = hash_files((ROOT / "harness" / "rays").glob("*.py"))
     parts = {"scene": scene.sha256, "count": count, "seed": seed, "inside": inside}
     key = key_of({**parts, "code": code, "maker": tracer_code(MAKER)})
-    known = read_json(note)
-    if isinstance(known, dict) and known.get("key") == key and path.is_file():
+    known = find_record(note, key)
+    if known is not None and path.is_file():
         return str(known["sha256"])
+    stages = Stages()
 
     def trace(rays: Rays) -> RayHits:
         request = Trace(rays.origins, rays.directions, rays.t_min, rays.t_max)
-        hits = crew.trace_loaded(MAKER, request)
+        with stages("tracing"):
+            hits = crew.trace_loaded(MAKER, request)
         if isinstance(hits, NoHits):
             raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {hits.reason}")
         return hits
 
-    if not crew.takes_part(MAKER, unshaded_settings(settings, 1, 1).model):
+    if not crew.takes_part(MAKER, unshaded_settings(job.settings, 1, 1).model):
         reasons = [row["reason"] for row in crew.rows if row["tracer"] == MAKER]
         raise RaysError(f"{scene.name}: {MAKER} cannot make the rays: {'; '.join(reasons)}")
-    rays = generate_rays(scene, trace, count, seed=seed, inside=inside)
-    write_rays(path, rays)
-    sha256 = hash_file(path)
+    with stages("making"):
+        rays = generate_rays(scene, trace, count, seed=seed, inside=inside, threads=crew.threads)
+    stages.seconds["making"] -= stages.seconds["tracing"]
+    with stages("writing"):
+        write_rays(path, rays)
+    with stages("hashing"):
+        sha256 = hash_file(path)
     write_json(note, {**parts, "key": key, "sha256": sha256, "bytes": path.stat().st_size})
+    job.progress.say(f"rays made in {stages}")
     return sha256
 
 
 @dataclass(frozen=True, slots=True)
-class _Job:
+class _Replays:
     """The replays of one scene."""
 
-    config: Config
+    job: SceneJob
     crew: Crew
-    scene: Scene
     render: RenderSettings
-    folder: Path
     ready: Mapping[str, Ready]
     subjects: Mapping[str, str]
+    count: int
     sha256: str
 
     @property
     def _settings(self) -> Mapping[str, Any]:
-        return self.config["rays"]
+        return self.job.config["rays"]
+
+    @property
+    def _scene(self) -> Scene:
+        return self.job.scene
+
+    @property
+    def _file(self) -> Path:
+        return self.job.folder / FILE
 
     @property
     def _primitives(self) -> int:
-        return len(self.scene.triangles) + len(self.scene.spheres)
+        return len(self._scene.triangles) + len(self._scene.spheres)
 
-    def run(self, progress: Progress) -> None:
+    def run(self) -> None:
         """Replay every class that an earlier run has not completed."""
         changing = {name: self._settings[name] for name in self._settings if name != "classes"}
         code = hash_files(ROOT / file for file in OWN_CODE)
         parts = {"settings": changing, "code": code, "rays": self.sha256, "who": self.subjects}
         for name in self._settings["classes"]:
-            path = self.folder / f"{name}.json"
+            path = self.job.folder / f"{name}.json"
             key = key_of({**parts, "class": name})
-            known = read_json(path)
-            if isinstance(known, dict) and known.get("key") == key:
+            if find_record(path, key) is not None:
                 continue
-            start = progress.elapsed
-            write_json(path, {"key": key, **self._replay_class(name)})
-            progress.say(f"{name} in {progress.elapsed - start:.0f} s")
-
-    def _absence(self, tracer: str) -> NoHits:
-        """Why a tracer takes no part, or no further part."""
-        row = next(row for row in reversed(self.crew.rows) if row["tracer"] == tracer)
-        return NoHits(row["status"], row["reason"])
+            stages = Stages()
+            write_json(path, {"key": key, **self._replay_class(name, stages)})
+            self.job.progress.say(f"{name} in {stages}")
 
     def _variants(self) -> list[Variant]:
         """Every tracer in every way that is asked for, also those that cannot."""
         variants = []
-        for tracer in self.config["tracers"]:
+        for tracer in self.job.config["tracers"]:
             answer = self.ready.get(tracer)
             if answer is None or not self.crew.takes_part(tracer, self.render.model):
                 missing = Variant(tracer, Way("", load_tracer(TRACERS[tracer]).precision))
-                missing.end(self._absence(tracer))
+                missing.end(self.crew.absence(tracer))
                 variants.append(missing)
                 continue
             wanted = self._settings["traversals"]
@@ -240,25 +213,31 @@ class _Job:
             limits.append(2 ** int(math.log2(max(1, tests // self._primitives))))
         return Variant(tracer, way, min((limit for limit in limits if limit), default=None))
 
-    def _replay_class(self, name: str) -> dict[str, Any]:
-        rays = read_rays(self.folder / FILE, name)
+    def _replay_class(self, name: str, stages: Stages) -> dict[str, Any]:
         variants = self._variants()
         clocks = [read_clocks()]
-        for variant in variants:
-            self._look(name, variant, len(rays))
-        compared = self._compare(name, rays, variants)
-        self._take_times(name, variants)
+        with stages("reading"):
+            true = self._read(name, variants)
+        with stages("looking"):
+            for variant in variants:
+                self._look(name, variant)
+        with stages("comparing"):
+            apart = self._compare(name, true.sight, variants)
+        with stages("timing"):
+            self._take_times(name, variants)
         clocks.append(read_clocks())
-        for variant in variants:
-            self._take_energy(name, variant)
-        apart = compared.pop("apart")
-        rows = [{**_row(one), **what} for one, what in zip(variants, apart, strict=True)]
+        with stages("energy"):
+            for variant in variants:
+                self._take_energy(name, variant)
+        rows = [{**one.row(), **what} for one, what in zip(variants, apart, strict=True)]
         return {
             "rays": name,
             "any_hit": CLASSES[name],
-            "count": len(rays),
+            "count": self.count,
             "clocks": clocks,
-            **compared,
+            "sample": true.sample,
+            "ambiguous": true.ambiguous,
+            "hits": true.hits,
             "variants": rows,
         }
 
@@ -267,10 +246,10 @@ class _Job:
         if variant.status != "ok":
             return None
         if not self.crew.takes_part(variant.tracer, self.render.model):
-            variant.end(self._absence(variant.tracer))
+            variant.end(self.crew.absence(variant.tracer))
             return None
         request = Replay(
-            file=self.folder / FILE,
+            file=self._file,
             rays=name,
             any_hit=CLASSES[name],
             way=variant.way,
@@ -283,25 +262,56 @@ class _Job:
             return None
         return answer
 
-    def _look(self, name: str, variant: Variant, count: int) -> None:
+    def _look(self, name: str, variant: Variant) -> None:
         """Trace to see what is hit, and so often that what follows is warm."""
         answer = self._ask(name, variant, hits=True, repeats=self._settings["warm_ups"])
         if answer is None or answer.t is None or answer.primitive is None:
             return
         variant.first, variant.rays = answer, answer.rays
-        places = evenly(count, variant.most or count)
+        places = evenly(self.count, variant.most or self.count)
         variant.sight = Sight(places, Seen(answer.t, answer.primitive))
 
-    def _compare(self, name: str, rays: Rays, variants: Sequence[Variant]) -> dict[str, Any]:
-        """What differs from double precision, and from the first way of every tracer."""
+    def _read(self, name: str, variants: Sequence[Variant]) -> _Truth:
+        """Have every tracer read the rays, all at once, and find what some of them hit meanwhile.
+
+        Nothing is built or timed yet that this would disturb.
+        """
+        most: dict[str, list[int | None]] = {}
+        for variant in variants:
+            if variant.status == "ok":
+                most.setdefault(variant.tracer, []).append(variant.most)
+
+        def take(tracer: str) -> None:
+            request = Take(self._file, name, tuple(dict.fromkeys(most[tracer])))
+            self.crew.take(tracer, self.render.model, request)
+
+        with ThreadPoolExecutor(len(most) + 1) as pool:
+            truth = pool.submit(self._truth, name)
+            for taken in [pool.submit(take, tracer) for tracer in most]:
+                taken.result()
+            return truth.result()
+
+    def _truth(self, name: str) -> _Truth:
+        """What some of the rays hit, in double precision."""
         from reference.brute_force import closest_hits
 
+        rays = read_rays(self._file, name)
         wanted = min(self._settings["sample"], self._settings["sample_pairs"] // self._primitives)
         places = evenly(len(rays), max(1, wanted))
         sample = Rays(*(getattr(rays, part)[places] for part in Rays.__slots__))
-        truth = closest_hits(self.scene, sample)
+        truth = closest_hits(self._scene, sample)
         clear = ~truth.ambiguous
-        exact = Sight(places[clear], Seen(truth.t[clear], truth.primitive[clear]))
+        return _Truth(
+            sight=Sight(places[clear], Seen(truth.t[clear], truth.primitive[clear])),
+            sample=len(sample),
+            ambiguous=int(truth.ambiguous.sum()),
+            hits=int(np.isfinite(truth.t).sum()),
+        )
+
+    def _compare(
+        self, name: str, exact: Sight, variants: Sequence[Variant]
+    ) -> list[dict[str, Any]]:
+        """What differs from double precision, and from the first way of every tracer."""
         leaders: dict[str, Variant] = {}
         for variant in variants:
             if variant.sight is not None:
@@ -324,13 +334,7 @@ class _Job:
 
         # Millions of rays and a pair of tracers at a time: numpy lets go of the interpreter's lock.
         with ThreadPoolExecutor(self.crew.threads) as pool:
-            apart = list(pool.map(judge, variants))
-        return {
-            "sample": len(sample),
-            "ambiguous": int(truth.ambiguous.sum()),
-            "hits": int(np.isfinite(truth.t).sum()),
-            "apart": apart,
-        }
+            return list(pool.map(judge, variants))
 
     def _take_times(self, name: str, variants: Sequence[Variant]) -> None:
         """Timed repeats, the variants in turn: A B C A B C."""
@@ -364,22 +368,3 @@ class _Job:
             variant.energy_reason = answer.joules
         else:
             variant.joules = answer.joules
-
-
-def _row(variant: Variant) -> dict[str, Any]:
-    first = variant.first
-    structure: Structure | None = first.structure if first else None
-    return {
-        "tracer": variant.tracer,
-        "traversal": variant.way.traversal,
-        "precision": variant.way.precision,
-        "status": variant.status,
-        "reason": variant.reason,
-        "rays": variant.rays,
-        "seconds": variant.times,
-        "visits": asdict(first.visits) if first and first.visits else None,
-        "structure": asdict(structure) if structure else None,
-        "peak_bytes": first.peak_bytes if first else None,
-        "joules": variant.joules,
-        "energy_reason": variant.energy_reason,
-    }

@@ -12,17 +12,15 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from harness.locks import alone
 from harness.measure.config import Config
 from harness.measure.counters import NvmlError, read_clocks, read_energy
 from harness.measure.crew import Crew
-from harness.measure.files import read_json, remove_partial, write_json
+from harness.measure.files import read_json, write_json
 from harness.measure.messages import Render
-from harness.measure.plan import in_turn, subject_of
-from harness.measure.progress import Progress
-from harness.measure.provenance import provenance
+from harness.measure.plan import in_turn
+from harness.measure.scene_job import SceneJob, scene_job
 from harness.measure.study_plan import SEED, StudyPlan, StudyRender
-from harness.scene import RenderSettings, Scene, load_scene, load_settings
+from harness.scene import RenderSettings
 from harness.statistics.work_spans import summarise_work
 from harness.tracers.base import RenderResult
 
@@ -85,72 +83,53 @@ def study_scene(config: Config, name: str, model: str, threads: int) -> Path:
     harness.scene.SceneError
         The scene cannot be imported.
     """
-    folder, progress = config.study_dir(name, model), Progress(f"{name} {model}")
-    with alone(folder / ".study.lock", progress.say):
-        remove_partial(folder, of_truth=False)
-        return _study(config, name, model, threads, progress)
+    path, folder = config.study_scenes[name], config.study_dir(name, model)
+    title = f"{name} {model}"
+    with scene_job(config, path, folder, "study", threads, title=title) as job:
+        tracers = config["study"]["tracers"]
+        with job.crew(tracers) as crew:
+            study = _Study(job, crew, name, model)
+            # A job that is interrupted has said by then what its rows are of.
+            job.note_provenance()
+            study.describe()
+            study.run(tracers)
+        study.describe(crew.rows)
+        seconds, renders = job.progress.elapsed, job.progress.done
+        job.progress.say(f"study complete: {renders} renders in {seconds:.0f} s")
+        return job.finish(SUMMARY, seconds=seconds, renders=renders, absent=crew.rows)
 
 
-def _study(config: Config, name: str, model: str, threads: int, progress: Progress) -> Path:
-    folder = config.study_dir(name, model)
-    tracers = config["study"]["tracers"]
-    with Crew(tracers, threads, config["timeout_seconds"]) as crew:
-        job = _Job(config, crew, progress, name, model, folder)
-        # A job that is interrupted has said by then what its rows are of.
-        job.describe()
-        job.run(tracers)
-        absent = crew.rows
-    job.describe(absent)
-    summary = folder / SUMMARY
-    seconds = job.progress.elapsed
-    write_json(summary, {"seconds": seconds, "renders": job.progress.done, "absent": absent})
-    job.progress.say(f"study complete: {job.progress.done} renders in {seconds:.0f} s")
-    return summary
-
-
-class _Job:
+class _Study:
     """The study of one scene in one model."""
 
-    def __init__(
-        self, config: Config, crew: Crew, progress: Progress, name: str, model: str, folder: Path
-    ) -> None:
-        self.config, self.crew, self.progress = config, crew, progress
-        self.name, self.model, self.folder = name, model, folder
-        self.settings: dict[str, Any] = config["study"]
-        self.path = config.study_scenes[name]
-        self.scene_settings = load_settings(self.path)
-        self.scene: Scene = load_scene(self.path, recentre=self.scene_settings.recentre)
-        self.rows, self.work = (_Book.open(folder / file) for file in (ROWS, WORK))
+    def __init__(self, job: SceneJob, crew: Crew, name: str, model: str) -> None:
+        self.job, self.crew, self.progress = job, crew, job.progress
+        self.name, self.model = name, model
+        self.settings: dict[str, Any] = job.config["study"]
+        self.rows, self.work = (_Book.open(job.folder / file) for file in (ROWS, WORK))
         self.energy_reason = ""
         # While the tracers are idle.
         self.copies = _copy_rates()
 
     def _render_settings(self, width: int) -> RenderSettings:
         return replace(
-            self.scene_settings.render(self.model, width=width, height=width),
+            self.job.settings.render(self.model, width=width, height=width),
             light_samples=self.settings["light_samples"],
             ambient_samples=self.settings["ambient_samples"],
         )
 
     def describe(self, absent: Sequence[Row] = ()) -> None:
-        """Write what is studied, where, and what the machine's copies reach."""
-        about = {
-            "name": self.name,
-            "model": self.model,
-            "title": self.scene_settings.title,
-            "sha256": self.scene.sha256,
-            "settings": asdict(self._render_settings(self.settings["width"])),
-            "triangles": len(self.scene.triangles),
-            "spheres": len(self.scene.spheres),
-            "clocks": read_clocks(),
-            "energy": self.energy_reason,
-            "absent": list(absent),
-            "copies": self.copies,
-            "films": self._films(),
-        }
-        write_json(self.folder / "scene.json", about)
-        write_json(
-            self.folder / "provenance.json", provenance(self.config, self.scene, self.crew.threads)
+        """Write what is studied, and what the machine's copies reach."""
+        self.job.describe(
+            model=self.model,
+            settings=asdict(self._render_settings(self.settings["width"])),
+            triangles=len(self.job.scene.triangles),
+            spheres=len(self.job.scene.spheres),
+            clocks=read_clocks(),
+            energy=self.energy_reason,
+            absent=list(absent),
+            copies=self.copies,
+            films=self._films(),
         )
 
     def _films(self) -> list[Row]:
@@ -184,13 +163,9 @@ class _Job:
             if counts is None:
                 continue
             queued = counts["camera"] + counts["bounce"] + counts["ambient"]
-            sizes = self.config.study_sizes(tracer, self.name, self.model)
+            sizes = self.job.config.study_sizes(tracer, self.name, self.model)
             plan = StudyPlan(self.settings, ready.engines, sizes, queued / counts["camera"])
-            subject = subject_of(
-                *(self.scene, tracer, self._render_settings(self.settings["width"])),
-                self.crew.threads,
-                recentre=self.scene_settings.recentre,
-            )
+            subject = self.job.subject(tracer, self._render_settings(self.settings["width"]))
             fixed = {
                 "tracer": tracer,
                 "precision": ready.precision,
@@ -217,7 +192,7 @@ class _Job:
     def _count(self, tracer: str) -> dict[str, int] | None:
         """Rays of one render by class."""
         settings = self._render_settings(self.settings["width"])
-        if self.crew.load(tracer, self.path, settings) is None:
+        if self.crew.load(tracer, self.job.path, settings) is None:
             return None
         request = Render(seed=SEED, spp=COUNT_SPP, count_rays=True)
         result = self.crew.render(tracer, self.model, request)
@@ -239,7 +214,7 @@ class _Job:
         timed = [[(r, key)] * max(0, r.repeats - self.rows.count(key)) for r, key in keyed]
         if not fresh and not any(timed):
             return
-        if self.crew.load(tracer, self.path, self._render_settings(width)) is None:
+        if self.crew.load(tracer, self.job.path, self._render_settings(width)) is None:
             return
         failed: set[str] = set()
 
@@ -256,7 +231,7 @@ class _Job:
                 # Too little memory for one size says nothing of the others.
                 failed.add(key)
                 book.add({**row, "status": "failed", "note": self.crew.rows.pop()["reason"]})
-                self.crew.load(tracer, self.path, self._render_settings(width))
+                self.crew.load(tracer, self.job.path, self._render_settings(width))
                 return
             more = self._looked_into(tracer, one, result) if record else {}
             number = book.count(key)

@@ -4,10 +4,10 @@ import platform
 import time
 from pathlib import Path
 
-from harness.locks import alone
 from harness.measure.config import Config
-from harness.measure.files import remove_partial, write_json
+from harness.measure.files import write_json
 from harness.measure.progress import Progress
+from harness.measure.scene_job import own_folder
 from harness.scene import load_settings
 
 SUMMARY = "truth.json"
@@ -40,8 +40,7 @@ def truth_scene(config: Config, name: str, threads: int) -> Path:
     harness.scene.SceneError
         The scene cannot be imported.
     """
-    progress = Progress(name)
-    with alone(config.scene_dir(name) / ".truth.lock", progress.say):
+    with own_folder(config.scene_dir(name), "truth", name, of_truth=True) as progress:
         return _render(config, name, threads, progress)
 
 
@@ -51,7 +50,6 @@ def _render(config: Config, name: str, threads: int, progress: Progress) -> Path
     started = time.time()
     scene_path = config.scenes[name]
     folder = config.scene_dir(name)
-    remove_partial(folder, of_truth=True)
     settings = load_settings(scene_path)
     width, height = config.resolution(name)
     done: dict[str, dict[str, float]] = {}

@@ -23,8 +23,11 @@ from harness.measure.messages import (
     Replay,
     Replayed,
     Request,
+    Take,
+    Taken,
     Trace,
 )
+from harness.measure.wire import receive, send
 from harness.scene import RenderSettings
 from harness.tracers.base import RenderResult, Tracer, UnsupportedError
 from harness.tracers.rays import RayHits
@@ -70,6 +73,11 @@ def _answer(tracer: Tracer, request: Request) -> Answer:
                 return tracer.trace(origins, directions, t_min, t_max, any_hit=any_hit)
             except UnsupportedError as refusal:
                 return Refused(str(refusal))
+        case Take():
+            from harness.measure.replay import take
+
+            take(tracer, request)
+            return Taken()
         case Replay():
             from harness.measure.replay import replay
 
@@ -91,15 +99,15 @@ def _serve(connection: Connection, target: str, threads: int, log: str) -> None:
         tracer = load_tracer(target)(threads)
         while True:
             try:
-                request = connection.recv()
+                request = receive(connection)
             except EOFError:
                 return
-            connection.send(_answer(tracer, request))
+            send(connection, _answer(tracer, request))
     except BrokenPipeError:
         return
     except BaseException as error:  # noqa: BLE001 - the parent must hear of everything
         traceback.print_exc()
-        connection.send(Failed(f"{type(error).__name__}: {error}"))
+        send(connection, Failed(f"{type(error).__name__}: {error}"))
         sys.exit(1)
 
 
@@ -191,13 +199,13 @@ class Worker:
             It raised, its process died, or it took longer than the timeout.
         """
         try:
-            self._connection.send(request)
+            send(self._connection, request)
             if not self._connection.poll(self.timeout):
                 self._process.kill()
                 raise TracerFailedError(
                     f"{self.name}: no answer within {self.timeout:g} s; its process was ended"
                 )
-            answer: Answer = self._connection.recv()
+            answer: Answer = receive(self._connection)
         except (EOFError, ConnectionError) as broken:
             self._process.join(timeout=5.0)
             words = self._last_words()
@@ -235,6 +243,11 @@ class Worker:
         answer = self._ask(request)
         assert isinstance(answer, RayHits)
         return answer
+
+    def take(self, request: Take) -> None:
+        """Have the tracer read a class of rays of a file."""
+        answer = self._ask(request)
+        assert isinstance(answer, Taken)
 
     def replay(self, request: Replay) -> Replayed:
         """Trace a class of rays of a file through the loaded scene."""

@@ -7,18 +7,19 @@ on purpose.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.rays.classes import CLASSES
+from harness.rays.parts import Parts, Rows
 from harness.scene import Camera, Scene
 from harness.tracers.rays import RayHits, Rays, make_rays
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Trace = Callable[[Rays], RayHits]
 
 AMBIENT_SHARE = 0.1
@@ -51,10 +52,27 @@ class _Points:
     def __len__(self) -> int:
         return len(self.position)
 
-    def spread(self, count: int) -> "_Points":
-        """`count` points in the same order, each as often as the others within one."""
-        place = np.arange(count) * len(self) // count
+    def spread(self, rows: Rows, count: int) -> "_Points":
+        """Some of `count` points in the same order, each as often as the others within one."""
+        place = rows * len(self) // count
         return _Points(self.position[place], self.normal[place], self.scale[place])
+
+
+@dataclass(frozen=True, slots=True)
+class _Sphere:
+    """Points drawn uniformly from the unit sphere: what is drawn of each, [N]."""
+
+    z: Floats
+    angle: Floats
+
+    @classmethod
+    def draw(cls, count: int, random: np.random.Generator) -> "_Sphere":
+        return cls(random.uniform(-1.0, 1.0, count), random.uniform(0.0, 2.0 * np.pi, count))
+
+    def points(self, rows: Rows) -> Floats:
+        z, angle = self.z[rows], self.angle[rows]
+        across = np.sqrt(1.0 - z * z)
+        return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
 
 
 def scene_box(scene: Scene) -> tuple[Floats, Floats]:
@@ -72,7 +90,13 @@ def extent(scene: Scene) -> float:
 
 
 def generate_rays(
-    scene: Scene, trace: Trace, count: int, *, seed: int = 0, inside: bool = False
+    scene: Scene,
+    trace: Trace,
+    count: int,
+    *,
+    seed: int = 0,
+    inside: bool = False,
+    threads: int = 1,
 ) -> dict[str, Rays]:
     """Make rays of every class.
 
@@ -88,6 +112,8 @@ def generate_rays(
         Of the generators; the rays are the same for the same seed.
     inside
         Whether bounces start on the far side of what the camera sees.
+    threads
+        Of this processor; the rays are the same at any number.
 
     Returns
     -------
@@ -104,57 +130,68 @@ def generate_rays(
         key = np.array([seed, list(CLASSES).index(name)], np.uint64)
         return np.random.Generator(np.random.Philox(key=key))
 
-    camera = _camera_rays(scene.camera, count, random("camera"))
-    seen = _hit_points(scene, camera, trace(camera), "camera")
-    # Outside faces the camera, inside turns away from it; later bounces stay where they are.
-    start = replace(seen, normal=-seen.normal) if inside else seen
-    diffuse1 = _diffuse_rays(start.spread(count), random("diffuse1"), math.inf)
-    bounced = _hit_points(scene, diffuse1, trace(diffuse1), "diffuse1")
     reach = AMBIENT_SHARE * extent(scene)
-    order = random("shuffled").permutation(count)
-    uniform = _uniform_rays(scene, count, random("random"))
-    made = {
-        "camera": camera,
-        "shadow": _shadow_rays(scene, seen, count, random("shadow")),
-        "ambient": _diffuse_rays(seen.spread(count), random("ambient"), reach),
-        "diffuse1": diffuse1,
-        "diffuse2": _diffuse_rays(bounced.spread(count), random("diffuse2"), math.inf),
-        "shuffled": Rays(
-            *(np.ascontiguousarray(getattr(diffuse1, part)[order]) for part in Rays.__slots__)
-        ),
-        "random": uniform,
-        "random_any": uniform,
-    }
+    # What is drawn, one number after another, is drawn of several classes side by side.
+    with ThreadPoolExecutor(threads) as pool, ThreadPoolExecutor(threads) as beside:
+        parts = Parts(pool)
+        uniform = beside.submit(_uniform_rays, parts, scene, count, random("random"))
+        camera = _camera_rays(parts, scene.camera, count, random("camera"))
+        seen = _hit_points(parts, scene, camera, trace(camera), "camera")
+        shadow = beside.submit(_shadow_rays, parts, scene, seen, count, random("shadow"))
+        ambient = beside.submit(_diffuse_rays, parts, seen, count, random("ambient"), reach)
+        # Outside faces the camera, inside turns away from it; later bounces stay where they are.
+        start = replace(seen, normal=-seen.normal) if inside else seen
+        diffuse1 = _diffuse_rays(parts, start, count, random("diffuse1"), math.inf)
+        shuffled = beside.submit(_shuffled, diffuse1, random("shuffled"))
+        bounced = _hit_points(parts, scene, diffuse1, trace(diffuse1), "diffuse1")
+        made = {
+            "camera": camera,
+            "diffuse1": diffuse1,
+            "diffuse2": _diffuse_rays(parts, bounced, count, random("diffuse2"), math.inf),
+            "shadow": shadow.result(),
+            "ambient": ambient.result(),
+            "shuffled": shuffled.result(),
+            "random": uniform.result(),
+            "random_any": uniform.result(),
+        }
     return {name: made[name] for name in CLASSES}
 
 
-def _rays(origins: Floats, directions: Floats, t_max: float) -> Rays:
-    return make_rays(origins.astype(np.float32), directions.astype(np.float32), 0.0, t_max)
+def _rays(
+    parts: Parts, count: int, make: Callable[[Rows], tuple[Floats, Floats]], t_max: float
+) -> Rays:
+    """Rays whose origins and directions `make` gives, some rows at a time."""
+    origins, directions = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+    parts.fill(make, origins, directions)
+    return make_rays(origins, directions, 0.0, t_max)
 
 
-def _camera_rays(camera: Camera, count: int, random: np.random.Generator) -> Rays:
+def _camera_rays(parts: Parts, camera: Camera, count: int, random: np.random.Generator) -> Rays:
     """A ray through a random point of each pixel of a film that has as many pixels as rays."""
     aspect = camera.width / camera.height
     width = max(1, round(math.sqrt(count * aspect)))
     height = -(-count // width)
-    index = np.arange(count)
-    pixel = np.stack([index % width, index // width], axis=1)
-    # The film of the scene, cut into more pixels.
-    place = (pixel + random.random((count, 2))) / [width, height] * [camera.width, camera.height]
-    direction = (
-        np.array(camera.corner)
-        + place[:, :1] * np.array(camera.dx)
-        + place[:, 1:] * np.array(camera.dy)
-    )
-    origin = np.array(camera.origin) + camera.near * direction
-    return _rays(origin, _unit(direction), math.inf)
+    within = random.random((count, 2))
+
+    def make(rows: Rows) -> tuple[Floats, Floats]:
+        pixel = np.stack([rows % width, rows // width], axis=1)
+        # The film of the scene, cut into more pixels.
+        place = (pixel + within[rows]) / [width, height] * [camera.width, camera.height]
+        direction = (
+            np.array(camera.corner)
+            + place[:, :1] * np.array(camera.dx)
+            + place[:, 1:] * np.array(camera.dy)
+        )
+        return np.array(camera.origin) + camera.near * direction, _unit(direction)
+
+    return _rays(parts, count, make, math.inf)
 
 
 def _unit(vectors: Floats) -> Floats:
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def _hit_points(scene: Scene, rays: Rays, hits: RayHits, name: str) -> _Points:
+def _hit_points(parts: Parts, scene: Scene, rays: Rays, hits: RayHits, name: str) -> _Points:
     """The points that rays hit, in double precision, and the normals on the rays' side.
 
     A point is where the ray meets the plane of the triangle, or the sphere, that was hit.
@@ -162,6 +199,18 @@ def _hit_points(scene: Scene, rays: Rays, hits: RayHits, name: str) -> _Points:
     found = np.flatnonzero(hits.hit)
     if not len(found):
         raise RaysError(f"{scene.name}: no ray of the class {name} hits anything")
+
+    def make(rows: Rows) -> tuple[Floats, Floats, Floats]:
+        points = _some_points(scene, rays, hits, found[rows])
+        return points.position, points.normal, points.scale
+
+    count = len(found)
+    points = _Points(np.empty((count, 3)), np.empty((count, 3)), np.empty(count))
+    parts.fill(make, points.position, points.normal, points.scale)
+    return points
+
+
+def _some_points(scene: Scene, rays: Rays, hits: RayHits, found: Rows) -> _Points:
     origin = rays.origins[found].astype(np.float64)
     direction = rays.directions[found].astype(np.float64)
     primitive = hits.primitive[found].astype(np.int64)
@@ -200,82 +249,146 @@ def _offset(points: _Points) -> Floats:
     return points.position + distance[:, None] * points.normal
 
 
-def _diffuse_rays(points: _Points, random: np.random.Generator, reach: float) -> Rays:
+def _diffuse_rays(
+    parts: Parts, points: _Points, count: int, random: np.random.Generator, reach: float
+) -> Rays:
     """Cosine-distributed rays about the normals: the normal plus a point of the unit sphere."""
-    direction = points.normal + _on_sphere(len(points), random)
-    length = np.linalg.norm(direction, axis=1, keepdims=True)
-    # The point opposite to the normal has no direction; nothing has a chance of drawing it twice.
-    direction = np.where(length > 2.0**-20, direction, points.normal)
-    return _rays(_offset(points), _unit(direction), reach)
+    sphere = _Sphere.draw(count, random)
+
+    def make(rows: Rows) -> tuple[Floats, Floats]:
+        spread = points.spread(rows, count)
+        direction = spread.normal + sphere.points(rows)
+        length = np.linalg.norm(direction, axis=1, keepdims=True)
+        # The point opposite to the normal has no direction; nothing has a chance of drawing it
+        # twice.
+        direction = np.where(length > 2.0**-20, direction, spread.normal)
+        return _offset(spread), _unit(direction)
+
+    return _rays(parts, count, make, reach)
 
 
-def _on_sphere(count: int, random: np.random.Generator) -> Floats:
-    z = random.uniform(-1.0, 1.0, count)
-    angle = random.uniform(0.0, 2.0 * np.pi, count)
-    across = np.sqrt(1.0 - z * z)
-    return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
+def _shuffled(rays: Rays, random: np.random.Generator) -> Rays:
+    order = random.permutation(len(rays))
+    return Rays(*(getattr(rays, part)[order] for part in Rays.__slots__))
 
 
-def _shadow_rays(scene: Scene, points: _Points, count: int, random: np.random.Generator) -> Rays:
+def _shadow_rays(
+    parts: Parts, scene: Scene, points: _Points, count: int, random: np.random.Generator
+) -> Rays:
     """Rays towards points drawn uniformly from a light's surface, each light as often as any.
 
     A point behind the surface is drawn anew: nobody traces what the surface itself hides. Without
     lights rays go into the sky: uniformly over the hemisphere of the normal, without end.
     """
-    spread = points.spread(count)
     if not scene.lights:
-        direction = _on_sphere(count, random)
-        below = np.einsum("ij,ij->i", direction, spread.normal) < 0.0
-        direction[below] *= -1.0
-        return _rays(_offset(spread), direction, math.inf)
-    origins = _offset(spread)
+        return _sky_rays(parts, points, count, random)
+    surfaces = [_Surface.of(scene, light.shape) for light in scene.lights]
+    target, faces = np.empty((count, 3)), np.empty(count, bool)
     starts, targets = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for _ in range(LIGHT_DRAWS):
-        drawn = _on_lights(scene, count, random)
-        front = np.flatnonzero(np.einsum("ij,ij->i", drawn - origins, spread.normal) > 0.0)
-        starts.append(front)
-        targets.append(drawn[front])
+        lights = _Lights.draw(surfaces, count, random)
+
+        def draw(rows: Rows, lights: "_Lights" = lights) -> tuple[Floats, NDArray[np.bool_]]:
+            spread, drawn = points.spread(rows, count), lights.points(rows)
+            towards = drawn - _offset(spread)
+            return drawn, np.einsum("ij,ij->i", towards, spread.normal) > 0.0
+
+        parts.fill(draw, target, faces)
+        starts.append(np.flatnonzero(faces))
+        targets.append(target[faces])
         if sum(map(len, starts)) >= count:
             break
     start, target = np.concatenate(starts), np.concatenate(targets)
     if not len(start):
         raise RaysError(f"{scene.name}: nothing that the camera sees faces a light")
     # In the order of the points, evenly from all of them.
-    order = np.argsort(start, kind="stable")[np.arange(count) * len(start) // count]
-    origin = origins[start[order]]
-    # Not of unit length: the ray parameter is the share of the way to the light.
-    return _rays(origin, target[order] - origin, SHORT_OF_THE_LIGHT)
+    order = np.argsort(start, kind="stable")
+
+    def make(rows: Rows) -> tuple[Floats, Floats]:
+        chosen = order[rows * len(start) // count]
+        origin = _offset(points.spread(start[chosen], count))
+        # Not of unit length: the ray parameter is the share of the way to the light.
+        return origin, target[chosen] - origin
+
+    return _rays(parts, count, make, SHORT_OF_THE_LIGHT)
 
 
-def _on_lights(scene: Scene, count: int, random: np.random.Generator) -> Floats:
-    """Points on the lights, [count, 3]."""
-    light = random.integers(len(scene.lights), size=count)
-    where, ball = random.random((count, 3)), _on_sphere(count, random)
-    target = np.empty((count, 3))
-    for index, one in enumerate(scene.lights):
-        chosen = light == index
-        shape = scene.shapes[one.shape]
+def _sky_rays(parts: Parts, points: _Points, count: int, random: np.random.Generator) -> Rays:
+    sphere = _Sphere.draw(count, random)
+
+    def make(rows: Rows) -> tuple[Floats, Floats]:
+        spread, direction = points.spread(rows, count), sphere.points(rows)
+        below = np.einsum("ij,ij->i", direction, spread.normal) < 0.0
+        direction[below] *= -1.0
+        return _offset(spread), direction
+
+    return _rays(parts, count, make, math.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    """A light's: a ball, centre and radius [4], or triangles [T, 3, 3] and the sums of their areas
+    up to each, [T].
+    """
+
+    ball: Floats | None
+    corners: Floats
+    areas: Floats
+
+    @classmethod
+    def of(cls, scene: Scene, number: int) -> "_Surface":
+        shape = scene.shapes[number]
         if shape.kind == "sphere":
-            sphere = scene.spheres[shape.first].astype(np.float64)
-            target[chosen] = sphere[:3] + sphere[3] * ball[chosen]
-            continue
+            ball = scene.spheres[shape.first].astype(np.float64)
+            return cls(ball, np.zeros((0, 3, 3)), np.zeros(0))
         triangles = scene.triangles[shape.first : shape.first + shape.count]
-        target[chosen] = _on_mesh(scene.vertices[triangles].astype(np.float64), where[chosen])
-    return target
+        corners = scene.vertices[triangles].astype(np.float64)
+        edges = corners[:, 1:] - corners[:, :1]
+        areas = np.cumsum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1))
+        return cls(None, corners, areas)
+
+    def points(self, where: Floats, around: Floats) -> Floats:
+        """Points drawn uniformly, by three uniform numbers each or a point of the unit sphere."""
+        if self.ball is not None:
+            return self.ball[:3] + self.ball[3] * around
+        triangle = np.searchsorted(self.areas, where[:, 0] * self.areas[-1], side="right")
+        triangle = np.minimum(triangle, len(self.corners) - 1)
+        root = np.sqrt(where[:, 1])
+        weights = np.stack([1.0 - root, root * (1.0 - where[:, 2]), root * where[:, 2]], axis=1)
+        return np.einsum("nc,ncx->nx", weights, self.corners[triangle])
 
 
-def _on_mesh(corners: Floats, where: Floats) -> Floats:
-    """Points drawn uniformly from triangles [T, 3, 3] by three uniform numbers each [N, 3]."""
-    edges = corners[:, 1:] - corners[:, :1]
-    areas = np.cumsum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1))
-    triangle = np.searchsorted(areas, where[:, 0] * areas[-1], side="right")
-    triangle = np.minimum(triangle, len(corners) - 1)
-    root = np.sqrt(where[:, 1])
-    weights = np.stack([1.0 - root, root * (1.0 - where[:, 2]), root * where[:, 2]], axis=1)
-    return np.einsum("nc,ncx->nx", weights, corners[triangle])
+@dataclass(frozen=True, slots=True)
+class _Lights:
+    """Points on the lights: what is drawn of each."""
+
+    surfaces: Sequence[_Surface]
+    light: NDArray[np.int64]
+    where: Floats
+    around: _Sphere
+
+    @classmethod
+    def draw(
+        cls, surfaces: Sequence[_Surface], count: int, random: np.random.Generator
+    ) -> "_Lights":
+        light = random.integers(len(surfaces), size=count)
+        return cls(surfaces, light, random.random((count, 3)), _Sphere.draw(count, random))
+
+    def points(self, rows: Rows) -> Floats:
+        light, where, around = self.light[rows], self.where[rows], self.around.points(rows)
+        points = np.empty((len(rows), 3))
+        for number in np.unique(light):
+            chosen = light == number
+            points[chosen] = self.surfaces[number].points(where[chosen], around[chosen])
+        return points
 
 
-def _uniform_rays(scene: Scene, count: int, random: np.random.Generator) -> Rays:
+def _uniform_rays(parts: Parts, scene: Scene, count: int, random: np.random.Generator) -> Rays:
     """Origins uniform in the scene's box, directions uniform over the sphere."""
     low, high = scene_box(scene)
-    return _rays(random.uniform(low, high, (count, 3)), _on_sphere(count, random), math.inf)
+    within, sphere = random.random((count, 3)), _Sphere.draw(count, random)
+
+    def make(rows: Rows) -> tuple[Floats, Floats]:
+        return low + (high - low) * within[rows], sphere.points(rows)
+
+    return _rays(parts, count, make, math.inf)

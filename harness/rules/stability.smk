@@ -22,9 +22,7 @@ rule cracks:
     input:
         settings=f"{RESULTS}/settings.json",
         scene=lookup(within=STABILITY_FILES, dpath="{stability_scene}"),
-        sources=tracing_sources()
-        + package_sources("harness/stability")
-        + ["reference/exact_hits.py"],
+        sources=sorted({*tracing_sources(), *module_sources("harness.stability.job")}),
     output:
         f"{RESULTS}/stability/{{stability_scene}}/stability.json",
     log:
@@ -47,7 +45,7 @@ rule modes:
     input:
         settings=f"{RESULTS}/settings.json",
         scene=lookup(within=MODE_FILES, dpath="{mode_scene}"),
-        sources=tracing_sources() + package_sources("harness/stability"),
+        sources=sorted({*tracing_sources(), *module_sources("harness.stability.modes")}),
     output:
         f"{RESULTS}/stability/modes/{{mode_scene}}.json",
     log:
@@ -69,7 +67,9 @@ rule modes:
 rule surfaces:
     input:
         settings=f"{RESULTS}/settings.json",
-        sources=tracing_sources() + package_sources("harness/stability"),
+        sources=sorted(
+            {*tracing_sources(), *module_sources("harness.stability.surfaces")}
+        ),
     output:
         f"{RESULTS}/stability/surfaces.json",
     log:
@@ -89,7 +89,9 @@ rule surfaces:
 rule sweeps:
     input:
         settings=f"{RESULTS}/settings.json",
-        sources=tracing_sources() + package_sources("harness/stability"),
+        sources=sorted(
+            {*tracing_sources(), *module_sources("harness.stability.sweeps")}
+        ),
     output:
         f"{RESULTS}/stability/sweeps.json",
     log:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from harness.stability.rings import Triangles, Vertices
+from harness.stability.seen_scene import scene_text
 
 Point = tuple[float, float, float]
 
@@ -26,24 +27,6 @@ AWAY = (0.8, 0.5, math.sqrt(0.11))
 """Direction in which a scene is moved from the origin, of unit length."""
 EXTENT = 2.0
 """Width of the floor: what a distance from the origin is counted in."""
-
-SCENE = """<scene version="3.0.0">
-    <integrator type="path"/>
-    <sensor type="perspective">
-        <float name="fov" value="{fov:.9g}"/>
-        <float name="near_clip" value="{near:.9g}"/>
-        <float name="far_clip" value="{far:.9g}"/>
-        <transform name="to_world">
-            <lookat origin="{origin}" target="{target}" up="{up}"/>
-        </transform>
-        <film type="hdrfilm">
-            <integer name="width" value="{size}"/>
-            <integer name="height" value="{size}"/>
-            <rfilter type="box"/>
-        </film>
-    </sensor>
-{body}</scene>
-"""
 
 SETTINGS = """title: A scene at its extremes
 models: [path]
@@ -143,15 +126,12 @@ def _scene(
     What is not seen reaches `reach` far from the eye, for which the far plane has room.
     """
     distance = math.dist(eye, target)
-    return SCENE.format(
+    return scene_text(
+        body,
         fov=2.0 * math.degrees(math.atan(half / distance)),
-        near=1e-6 * distance,
-        far=1e3 * distance + reach,
-        origin=_point(eye),
-        target=_point(target),
-        up=_point(up),
+        clips=(1e-6 * distance, 1e3 * distance + reach),
+        view=(_point(eye), _point(target), _point(up)),
         size=size,
-        body=body,
     )
 
 

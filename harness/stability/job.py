@@ -14,13 +14,14 @@ import numpy as np
 from harness.measure.config import Config
 from harness.measure.crew import Crew, NoHits
 from harness.measure.eye_rays import unshaded_settings
-from harness.measure.files import hash_files, key_of, read_json, remove_partial, write_json
+from harness.measure.files import find_record, hash_files, key_of, write_json
 from harness.measure.messages import Ready, Replay
 from harness.measure.progress import Progress
-from harness.measure.provenance import provenance, tracer_code
+from harness.measure.provenance import tracer_code
+from harness.measure.scene_job import SceneJob, scene_job
 from harness.rays.agreement import evenly
 from harness.rays.store import write_rays
-from harness.scene import RenderSettings, load_scene, load_settings
+from harness.scene import RenderSettings, load_settings
 from harness.stability.aims import AIMS, Mesh, aimed_rays
 from harness.stability.cracks import QUANTILES, Truth, distance_errors, false_hits, lost, truth_of
 from harness.stability.mesh_scene import largest_mesh, scaled, write_mesh_scene
@@ -89,14 +90,15 @@ def measure_stability(config: Config, name: str, threads: int) -> Path:
     harness.scene.SceneError
         The scene cannot be imported, or has no mesh.
     """
-    scene_path, folder = config.stability_scenes[name], config.stability_dir(name)
-    folder.mkdir(parents=True, exist_ok=True)
-    remove_partial(folder, of_truth=False)
-    progress = Progress(name)
-    settings = config["stability"]
-    scene = load_scene(scene_path, recentre=load_settings(scene_path).recentre)
-    vertices, triangles = largest_mesh(scene)
-    about = provenance(config, scene, threads)
+    path, folder = config.stability_scenes[name], config.stability_dir(name)
+    with scene_job(config, path, folder, "stability", threads) as job:
+        return _measure(job, name)
+
+
+def _measure(job: SceneJob, name: str) -> Path:
+    config, folder, settings = job.config, job.folder, job.config["stability"]
+    vertices, triangles = largest_mesh(job.scene)
+    job.note_provenance()
     code = hash_files(
         [*(ROOT / "harness" / "stability").glob("*.py"), ROOT / "reference" / "exact_hits.py"]
     )
@@ -104,27 +106,24 @@ def measure_stability(config: Config, name: str, threads: int) -> Path:
     failed: list[dict[str, str]] = []
     for scale in settings["scales"]:
         path = folder / f"scale-{scale:g}.json"
-        parts = {"scene": scene.sha256, "settings": settings, "scale": scale}
-        key = key_of({**parts, "code": code, "who": who, "threads": threads})
-        known = read_json(path)
-        if isinstance(known, dict) and known.get("key") == key:
+        parts = {"scene": job.scene.sha256, "settings": settings, "scale": scale}
+        key = key_of({**parts, "code": code, "who": who, "threads": job.threads})
+        if find_record(path, key) is not None:
             continue
         mesh = Mesh.of(scaled(vertices, scale), triangles)
         place = write_mesh_scene(folder / f"scale-{scale:g}", mesh.vertices, triangles)
-        with Crew(config["tracers"], threads, config["timeout_seconds"]) as crew:
-            job = _Job(config, crew, mesh, place, folder)
-            write_json(path, {"key": key, "scale": scale, "rows": job.run(progress, scale)})
-            failed += [row for row in crew.rows if row["status"] == "failed"]
-    write_json(folder / "provenance.json", about)
-    summary = folder / SUMMARY
+        with job.crew(config["tracers"]) as crew:
+            rows = _Aims(config, crew, mesh, place, folder).run(job.progress, scale)
+            write_json(path, {"key": key, "scale": scale, "rows": rows})
+            failed += crew.failed
     description = {"scene": name, "triangles": len(triangles), "scales": settings["scales"]}
-    write_json(summary, {**description, "seconds": progress.elapsed, "failed": failed})
-    progress.say(f"stability complete in {progress.elapsed:.0f} s")
-    return summary
+    elapsed = job.progress.elapsed
+    job.progress.say(f"stability complete in {elapsed:.0f} s")
+    return job.finish(SUMMARY, **description, seconds=elapsed, failed=failed)
 
 
 @dataclass(frozen=True, slots=True)
-class _Job:
+class _Aims:
     """The rays at one mesh."""
 
     config: Config
@@ -144,12 +143,7 @@ class _Job:
     def run(self, progress: Progress, scale: float) -> list[dict[str, Any]]:
         """Trace and judge; a row for each tracer, way, aim and eye."""
         render = self._render
-        able = self.crew.probe(self.config["tracers"], render.model)
-        ready = {
-            tracer: answer
-            for tracer, answer in able.items()
-            if self.crew.load(tracer, self.place, render) is not None
-        }
+        ready = self.crew.ready(self.config["tracers"], self.place, render)
         edges = edge_rings(self.mesh.vertices, self.mesh.triangles)
         corners = vertex_rings(self.mesh.vertices, self.mesh.triangles)
         rows = []
@@ -188,9 +182,8 @@ class _Job:
         for tracer in self.config["tracers"]:
             answer = ready.get(tracer)
             if answer is None or not self.crew.takes_part(tracer, self._render.model):
-                row = next(row for row in reversed(self.crew.rows) if row["tracer"] == tracer)
                 way = Way("", load_tracer(TRACERS[tracer]).precision)
-                variants.append(Variant(tracer, way, status=row["status"], reason=row["reason"]))
+                variants.append(Variant(tracer, way, **asdict(self.crew.absence(tracer))))
                 continue
             for way in answer.ways:
                 if way.traversal in ("", *self._settings["traversals"]):

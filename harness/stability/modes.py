@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from harness.measure.config import Config
 from harness.measure.crew import Crew
 from harness.measure.eye_rays import unshaded_settings
-from harness.measure.files import hash_files, key_of, read_json, write_json
+from harness.measure.files import find_record, hash_files, key_of, write_json
 from harness.measure.messages import Render
-from harness.measure.plan import subject_of
-from harness.measure.progress import Progress
 from harness.measure.provenance import provenance
-from harness.scene import load_scene, load_settings
+from harness.measure.scene_job import SceneJob, scene_job
+from harness.scene import RenderSettings
 from harness.statistics.intervals import t_interval
 from harness.statistics.metrics import luminance
 
@@ -61,35 +60,35 @@ def compare_modes(config: Config, name: str, threads: int) -> Path:
         The scene cannot be imported.
     """
     scene_path, path = config.mode_scenes[name], config.modes_file(name)
-    plan, progress = config["stability"]["modes"], Progress(name)
-    settings = load_settings(scene_path)
-    render = unshaded_settings(settings, *plan["resolution"])
-    scene = load_scene(
-        scene_path, width=render.width, height=render.height, recentre=settings.recentre
-    )
-    tracers = [tracer for tracer in config["tracers"] if tracer in MODES]
-    keys = [
-        subject_of(scene, tracer, render, threads, recentre=settings.recentre).key
-        for tracer in tracers
-    ]
-    key = key_of({"who": keys, "plan": plan, "code": hash_files([Path(__file__)])})
-    known = read_json(path)
-    if isinstance(known, dict) and known.get("key") == key:
-        return path
+    plan, size = config["stability"]["modes"], tuple(config["stability"]["modes"]["resolution"])
+    with scene_job(
+        config, scene_path, path.parent, f"modes-{name}", threads, size=size, shared=True
+    ) as job:
+        render = unshaded_settings(job.settings, *size)
+        tracers = [tracer for tracer in config["tracers"] if tracer in MODES]
+        keys = [job.subject(tracer, render).key for tracer in tracers]
+        key = key_of({"who": keys, "plan": plan, "code": hash_files([Path(__file__)])})
+        if find_record(path, key) is None:
+            samples = plan["images"] * render.width * render.height
+            description = {"scene": job.scene.name, "model": render.model, "samples": samples}
+            rows = _rows(job, tracers, render)
+            about = provenance(config, job.scene, threads)
+            write_json(path, {"key": key, **description, "rows": rows, "provenance": about})
+    return path
+
+
+def _rows(job: SceneJob, tracers: list[str], render: RenderSettings) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
-    with Crew(tracers, threads, config["timeout_seconds"]) as crew:
+    with job.crew(tracers) as crew:
         able = crew.probe(tracers, render.model)
         for tracer in tracers:
-            if tracer in able and crew.load(tracer, scene_path, render) is not None:
-                rows += _compare(crew, tracer, render.model, plan["images"])
+            if tracer in able and crew.load(tracer, job.path, render) is not None:
+                images = job.config["stability"]["modes"]["images"]
+                rows += _compare(crew, tracer, render.model, images)
             gone = [row for row in crew.rows if row["tracer"] == tracer]
             rows += [{**row, "precision": MODES[tracer][0]} for row in gone]
-            progress.say(f"precisions of {tracer}")
-    about = provenance(config, scene, threads)
-    samples = plan["images"] * render.width * render.height
-    description = {"scene": scene.name, "model": render.model, "samples": samples}
-    write_json(path, {"key": key, **description, "rows": rows, "provenance": about})
-    return path
+            job.progress.say(f"precisions of {tracer}")
+    return rows
 
 
 def _compare(crew: Crew, tracer: str, model: str, images: int) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ is black however close the lid is; what is not is a leak.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +16,19 @@ import numpy as np
 from harness.measure.config import Config
 from harness.measure.crew import Crew
 from harness.measure.eye_rays import unshaded_settings
-from harness.measure.files import hash_files, key_of, read_json, write_json
+from harness.measure.files import find_record, hash_files, key_of, write_json
 from harness.measure.messages import Render
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
+from harness.measure.scene_job import own_folder
 from harness.scene import load_scene, load_settings
 from harness.stability.modes import MODES
+from harness.stability.seen_scene import scene_text
 from harness.statistics.metrics import luminance
 from harness.tracers.registry import TRACERS, load_tracer
 from harness.whole_files import write_whole
 
+HERE = Path(__file__).parent
 WHITE = 2.0**-10
 """How far from 1 a white sample may be."""
 GRAZING = 80.0
@@ -40,21 +43,6 @@ models: [path]
 max_depth: 2
 resolution: [64, 64]
 recentre: false
-"""
-
-SENSOR = """    <sensor type="perspective">
-        <float name="fov" value="{fov:.9g}"/>
-        <float name="near_clip" value="{near:.9g}"/>
-        <float name="far_clip" value="{far:.9g}"/>
-        <transform name="to_world">
-            <lookat origin="{origin}" target="{target}" up="0, 0, 1"/>
-        </transform>
-        <film type="hdrfilm">
-            <integer name="width" value="64"/>
-            <integer name="height" value="64"/>
-            <rfilter type="box"/>
-        </film>
-    </sensor>
 """
 
 MIRROR = """    <shape type="rectangle">
@@ -101,11 +89,9 @@ class Question:
 
 
 def _text(scene: str, scale: float, origin: Any, target: Any, fov: float, reach: float) -> str:
-    place = [", ".join(f"{scale * value:.9g}" for value in point) for point in (origin, target)]
-    sensor = SENSOR.format(
-        fov=fov, near=1e-6 * scale, far=scale * reach, origin=place[0], target=place[1]
-    )
-    return f'<scene version="3.0.0">\n    <integrator type="path"/>\n{sensor}{scene}</scene>\n'
+    eye, aim = (", ".join(f"{scale * value:.9g}" for value in point) for point in (origin, target))
+    view, clips = (eye, aim, "0, 0, 1"), (1e-6 * scale, scale * reach)
+    return scene_text(scene, fov=fov, clips=clips, view=view, size=SIZE)
 
 
 def tilted_mirror(scale: float, eye: float) -> str:
@@ -155,17 +141,24 @@ def measure_surfaces(config: Config, threads: int) -> Path:
         The record: a row for each tracer and scene.
     """
     path = config.surfaces_file
+    folder = path.parent / "surfaces"
+    with own_folder(folder, "surfaces", "surfaces") as progress:
+        who = {tracer: tracer_code(tracer) for tracer in config["tracers"]}
+        code = hash_files([HERE / "seen_scene.py", Path(__file__)])
+        key = key_of({"who": who, "plan": config["stability"]["surfaces"], "code": code})
+        if find_record(path, key) is None:
+            rows = _rows(config, threads, folder, progress)
+            about = provenance(config, load_scene(folder / "scene-0.xml"), threads)
+            write_json(path, {"key": key, "rows": rows, "provenance": about})
+    return path
+
+
+def _rows(config: Config, threads: int, folder: Path, progress: Progress) -> list[dict[str, Any]]:
     plan = config["stability"]["surfaces"]
-    who = {tracer: tracer_code(tracer) for tracer in config["tracers"]}
-    key = key_of({"who": who, "plan": plan, "code": hash_files([Path(__file__)])})
-    known = read_json(path)
-    if isinstance(known, dict) and known.get("key") == key:
-        return path
-    progress = Progress("surfaces")
-    folder, asked = path.parent / "surfaces", questions(plan)
+    asked = questions(plan)
     write_whole(folder / "settings.yaml", SETTINGS)
     rows: list[dict[str, Any]] = []
-    with Crew(config["tracers"], threads, config["timeout_seconds"]) as crew:
+    with Crew.of(config, config["tracers"], threads) as crew:
         able = crew.probe(config["tracers"], "path")
         for tracer in config["tracers"]:
             for number, question in enumerate(asked):
@@ -182,9 +175,7 @@ def measure_surfaces(config: Config, threads: int) -> Path:
                         }
                     )
             progress.say(f"{tracer}: {len(asked)} scenes")
-    about = provenance(config, load_scene(folder / "scene-0.xml"), threads)
-    write_json(path, {"key": key, "rows": rows, "provenance": about})
-    return path
+    return rows
 
 
 def _ask(
@@ -207,8 +198,7 @@ def _ask(
             requests = [Render(seed=seed, spp=1, options=options) for seed in range(images)]
             count = _count(crew, tracer, question.quantity, requests)
         if count is None:
-            row = next(row for row in reversed(crew.rows) if row["tracer"] == tracer)
-            found[precision] = {"status": row["status"], "reason": row["reason"]}
+            found[precision] = asdict(crew.absence(tracer))
             ready = False
             continue
         of = images * SIZE * SIZE

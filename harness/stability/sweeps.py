@@ -13,10 +13,11 @@ import numpy as np
 
 from harness.measure.config import Config
 from harness.measure.crew import Crew
-from harness.measure.files import hash_files, key_of, read_json, write_image, write_json
+from harness.measure.files import find_record, hash_files, key_of, write_image, write_json
 from harness.measure.messages import Render
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
+from harness.measure.scene_job import own_folder
 from harness.scene import load_scene, load_settings
 from harness.stability.hazards import HAZARDS, Extreme, Hazard
 from harness.stability.mesh_scene import write_mesh
@@ -47,14 +48,20 @@ def measure_sweeps(config: Config, threads: int) -> Path:
     Path
         The record: a row for each tracer, precision and scene.
     """
-    path, plan = config.sweeps_file, config["stability"]["sweeps"]
-    who = {tracer: tracer_code(tracer) for tracer in config["tracers"]}
-    code = hash_files([HERE / "hazards.py", Path(__file__)])
-    key = key_of({"who": who, "plan": plan, "code": code})
-    known = read_json(path)
-    if isinstance(known, dict) and known.get("key") == key:
-        return path
-    progress, folder = Progress("sweeps"), path.parent / "sweeps"
+    path = config.sweeps_file
+    folder = path.parent / "sweeps"
+    with own_folder(folder, "sweeps", "sweeps") as progress:
+        who = {tracer: tracer_code(tracer) for tracer in config["tracers"]}
+        code = hash_files([HERE / "hazards.py", HERE / "seen_scene.py", Path(__file__)])
+        key = key_of({"who": who, "plan": config["stability"]["sweeps"], "code": code})
+        if find_record(path, key) is None:
+            write_json(path, {"key": key, **_sweep(config, threads, folder, progress)})
+    return path
+
+
+def _sweep(config: Config, threads: int, folder: Path, progress: Progress) -> dict[str, Any]:
+    """The rows, and where they come from."""
+    plan = config["stability"]["sweeps"]
     scenes = [
         (hazard, value, write_extreme(folder / f"{hazard.name}-{value:g}", hazard.make(value)))
         for hazard in HAZARDS
@@ -62,14 +69,13 @@ def measure_sweeps(config: Config, threads: int) -> Path:
     ]
     rows: list[dict[str, Any]] = []
     for tracer in config["tracers"]:
-        with Crew([tracer], threads, config["timeout_seconds"]) as crew:
+        with Crew.of(config, [tracer], threads) as crew:
             able = tracer in crew.probe([tracer], "path")
             for hazard, value, scene in scenes:
                 rows += _rows(crew, tracer, hazard, value, scene, plan, able=able)
         progress.say(f"{tracer}: {len(scenes)} scenes")
     about = provenance(config, load_scene(scenes[0][2]), threads) if scenes else {}
-    write_json(path, {"key": key, "rows": rows, "provenance": about})
-    return path
+    return {"rows": rows, "provenance": about}
 
 
 def _rows(
@@ -106,21 +112,16 @@ def _rows(
             why = f"{extreme.spp * extreme.size**2} samples at once are more than it is given"
             yield row | {"status": "skipped", "reason": why}
         elif not ready:
-            yield row | _reason(crew)
+            yield row | asdict(crew.absence(tracer))
         else:
             options = {"precision": precision} if tracer in MODES else {}
             found, image = _errors(crew, tracer, extreme, options, plan["images"])
-            row |= found or _reason(crew)
+            row |= found or asdict(crew.absence(tracer))
             off = abs(row["error"]["value"]) if row["status"] == "ok" else math.inf
             if image is not None and off > KEPT:
                 row["image"] = f"{tracer}-{precision}.npy"
                 write_image(scene / str(row["image"]), image)
             yield row
-
-
-def _reason(crew: Crew) -> dict[str, str]:
-    row = crew.rows[-1]
-    return {"status": row["status"], "reason": row["reason"]}
 
 
 def _errors(

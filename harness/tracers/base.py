@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from harness.scene import RenderSettings
 from harness.statistics.work_spans import WorkSpan
-from harness.tracers.rays import RayHits, Rays, Structure, Way, make_rays
+from harness.tracers.rays import Held, Query, RayHits, Rays, Structure, Way, make_rays
 
 NO_OPTIONS: Mapping[str, object] = MappingProxyType({})
 
@@ -176,7 +176,7 @@ class Tracer(ABC):
         way
             One of `ways`; the first of them where None. It changes no hit.
         repeats
-            How often to trace the same rays, which are handed to the tracer once.
+            How often to trace the same rays.
         count
             Count what the traversal looks at, which takes time; never set in a timed call.
 
@@ -187,9 +187,9 @@ class Tracer(ABC):
         UnsupportedError
             The tracer has no such query, or no such way.
         """
-        rays = make_rays(origins, directions, t_min, t_max)
+        rays = self.hold(make_rays(origins, directions, t_min, t_max))
         way = way or self.ways()[0]
-        return self._replay(rays, way, any_hit=any_hit, repeats=repeats, count=count)
+        return self.replay(rays, way, Query(any_hit=any_hit, repeats=repeats, count=count))
 
     @classmethod
     def ways(cls) -> tuple[Way, ...]:
@@ -201,7 +201,14 @@ class Tracer(ABC):
         del way
         return None
 
-    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
-        """Trace checked rays; what a tracer implements if it has such a query."""
-        del rays, way, any_hit, repeats, count
+    def hold(self, rays: Rays) -> Held:
+        """Take over rays that have been checked, as it wants them: they are handed over once."""
+        return rays
+
+    def replay(self, rays: Held, way: Way, query: Query) -> RayHits:
+        """Trace rays that `hold` has taken; what a tracer implements if it has such a query.
+
+        Raises UnsupportedError like `trace`.
+        """
+        del rays, way, query
         raise UnsupportedError(f"{self.name} traces no rays but those of its own images")

@@ -1,9 +1,8 @@
-"""The extension's replays: which traversals it has, how one is called, and what it is built of."""
+"""The extension's replays: which traversals it has, how it holds rays, and what it is built of."""
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
-from harness.tracers.rays import Structure
+from harness.tracers.rays import Held, Rays, Structure
 
 
 def traversals() -> tuple[str, ...]:
@@ -14,27 +13,12 @@ def traversals() -> tuple[str, ...]:
     return (first, *(name for name in _core.traversals() if name != first))
 
 
-def replay(
-    trace: Callable[..., dict[str, Any]], how: Mapping[str, object], *, repeats: int, count: bool
-) -> tuple[dict[str, Any], tuple[float, ...]]:
-    """Call one of the extension's replays.
+def hold(rays: Rays) -> Held:
+    """Rays in the extension's memory, and in the GPU's from their first replay there on."""
+    import haste_cuda
 
-    Parameters
-    ----------
-    trace
-        The replay, with its scene and rays.
-    how
-        Further keywords, such as ``traversal``.
-    repeats, count
-        As of `Tracer.trace`.
-
-    Returns
-    -------
-    answer, times
-        The last answer, and the time of each repeat, [s].
-    """
-    answer = trace(**how, repeats=repeats, **({"count": True} if count else {}))
-    return answer, tuple(float(seconds) for seconds in answer["seconds"])
+    held: Held = haste_cuda.Rays(rays.origins, rays.directions, rays.t_min, rays.t_max)
+    return held
 
 
 def structure_of(scene: Any, traversal: str) -> Structure:

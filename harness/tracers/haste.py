@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -12,8 +12,8 @@ import numpy as np
 from harness.scene import RenderSettings, Scene, SceneError, check_model, load_scene, load_settings
 from harness.statistics.work_spans import WorkSpan
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
-from harness.tracers.extension import replay, structure_of, traversals
-from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
+from harness.tracers.extension import hold, structure_of, traversals
+from harness.tracers.rays import NONE, Held, Query, RayHits, Rays, Structure, Visits, Way
 
 MODELS = frozenset({"path", "haste", "whitted"})
 SETTINGS = frozenset({"max_depth", "rr_depth", "light_samples", "ambient_samples"})
@@ -151,7 +151,7 @@ class _HasteTracer(Tracer):
         loaded = time.perf_counter()
         self.imported = scene
         self.scene = to_core(scene, self.threads)
-        self.owners = np.concatenate([scene.triangle_shape, scene.sphere_shape])
+        self.owners = np.concatenate([scene.triangle_shape, scene.sphere_shape, [NONE]])
         bvh = self.scene.bvh
         self.hashes = {"bvh_sha256": str(bvh["sha256"])}
         self.times = {
@@ -235,37 +235,35 @@ class _HasteTracer(Tracer):
             "threads": self.threads,
         }
 
-    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
+    def hold(self, rays: Rays) -> Held:
+        """Hand rays to the extension."""
+        return hold(rays)
+
+    def _trace_rays(self, rays: Held, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
-        return haste_cuda.trace_cpu(self.scene, *arrays, **how)
+        return haste_cuda.trace_cpu(self.scene, rays, **how)
 
-    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+    def replay(self, rays: Held, way: Way, query: Query) -> RayHits:
+        """Trace rays on one of the core's traversals."""
         if way not in self.ways():
             raise UnsupportedError(f"{self.name} has no traversal {way.traversal}, {way.precision}")
-        answer, times = replay(
-            lambda **how: self._trace_rays(rays, how),
-            {**self._how(way), "any_hit": any_hit},
-            repeats=repeats,
-            count=count,
-        )
-        return self._hits(answer, times)
+        return self._hits(self._trace_rays(rays, {**self._how(way), **asdict(query)}))
 
-    def _hits(self, answer: dict[str, Any], times: tuple[float, ...]) -> RayHits:
+    def _hits(self, answer: dict[str, Any]) -> RayHits:
         """Read the extension's answer."""
-        primitive = answer["primitive"]
-        known = primitive != NONE
-        shape = np.full(len(primitive), NONE)
-        shape[known] = self.owners[primitive[known]]
+        nothing = np.zeros(0, np.uint32)
+        primitive = answer.get("primitive", nothing)
+        # No primitive is beyond the last of them, and belongs to no shape.
+        shape = self.owners.take(primitive, mode="clip")
         visits = None
         if "nodes" in answer:
             visits = Visits(float(answer["nodes"]), float(answer["triangles"]))
         return RayHits(
-            t=answer["t"],
+            t=answer.get("t", nothing.astype(np.float32)),
             shape=shape,
             primitive=primitive,
-            times=times,
+            times=tuple(float(seconds) for seconds in answer["seconds"]),
             visits=visits,
             extras={
                 name: float(value)
@@ -313,30 +311,29 @@ class Embree(_HasteTracer):
         """Embree's own hierarchy, of a mode in which rays have been traced."""
         return self.built.get(way.precision)
 
-    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+    def replay(self, rays: Held, way: Way, query: Query) -> RayHits:
+        """Trace rays by one of Embree's calls, which does not say what it looks at."""
         import haste_cuda
 
-        # Embree does not say what it looks at.
-        del count
         if way not in self.ways():
             raise UnsupportedError(f"{self.name} has no call {way.traversal}, {way.precision}")
-        table = np.column_stack([rays.origins, rays.t_min, rays.directions, rays.t_max])
         try:
             answer = haste_cuda.trace_embree(
                 self.scene,
-                np.ascontiguousarray(table),
-                any_hit=any_hit,
+                rays,
+                any_hit=query.any_hit,
                 width=int(way.traversal.removeprefix("intersect")),
                 mode=way.precision,
                 threads=self.threads,
-                repeats=repeats,
+                repeats=query.repeats,
+                hits=query.hits,
             )
         except ValueError as refusal:
             # The rays have been checked: what is refused is the packet.
             raise UnsupportedError(str(refusal)) from refusal
         size, seconds = float(answer["bytes"]), float(answer.pop("build_seconds"))
         self.built[way.precision] = Structure(seconds, size)
-        return self._hits(answer, tuple(answer["seconds"]))
+        return self._hits(answer)
 
 
 class HasteCuda(_HasteTracer):
@@ -375,8 +372,7 @@ class HasteCuda(_HasteTracer):
     def _how(self, way: Way) -> dict[str, object]:
         return {"traversal": way.traversal, "precision": way.precision}
 
-    def _trace_rays(self, rays: Rays, how: dict[str, object]) -> dict[str, Any]:
+    def _trace_rays(self, rays: Held, how: dict[str, object]) -> dict[str, Any]:
         import haste_cuda
 
-        arrays = (rays.origins, rays.directions, rays.t_min, rays.t_max)
-        return haste_cuda.trace_cuda(self.scene, *arrays, **how)
+        return haste_cuda.trace_cuda(self.scene, rays, **how)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from harness.scene import RenderSettings, Scene, SceneError, load_scene, parse_scene
 from harness.tracers.base import NO_OPTIONS, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import NONE, RayHits, Rays, Way
+from harness.tracers.rays import NONE, Held, Query, RayHits, Rays, Way
 
 PYTHON_PLUGINS = frozenset({"phong"})
 """Plugins that the project registers from Python; the scalar variants do not run them reliably."""
@@ -90,12 +90,21 @@ class _MitsubaTracer(Tracer):
             np.uint32,
         )
 
-    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
-        # One way there is, and nothing that it would count.
-        del way, count
+    def hold(self, rays: Rays) -> Held:
+        """Hand rays to the variant."""
         import mitsuba as mi
 
-        from harness.tracers.mitsuba_rays import trace
+        from harness.tracers.mitsuba_rays import hold
+
+        mi.set_variant(self.variant)
+        return hold(rays)
+
+    def replay(self, rays: Held, way: Way, query: Query) -> RayHits:
+        """Trace rays; there is one way, and nothing that it would count."""
+        del way
+        import mitsuba as mi
+
+        from harness.tracers.mitsuba_rays import HeldRays, trace
         from reference.mitsuba.rendering import is_recentred
 
         if self.imported is None:
@@ -103,8 +112,8 @@ class _MitsubaTracer(Tracer):
             self.imported = load_scene(self.scene_path, recentre=recentre)
         first, dropped = self._first_primitives(self.imported), self.imported.dropped_triangles
         mi.set_variant(self.variant)
-        scene = self.loaded.scene
-        return trace(scene, first, dropped, rays, any_hit=any_hit, repeats=repeats)
+        assert isinstance(rays, HeldRays)
+        return trace(self.loaded.scene, first, dropped, rays, query)
 
 
 class MitsubaLlvm(_MitsubaTracer):

@@ -1,6 +1,7 @@
 """Rays for their own sake, and where they hit: the joint between tracers and benchmarks of rays."""
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,28 @@ class Rays:
 
     def __len__(self) -> int:
         return len(self.origins)
+
+
+class Held(Protocol):
+    """Rays as a tracer holds them, to be traced as often as one likes."""
+
+    def __len__(self) -> int:
+        """How many they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """What is asked of rays.
+
+    any_hit: only whether there is a hit, as of a shadow ray, not where the closest one is. repeats:
+    how often they are traced. count: what the traversal looks at, in a repeat that is not timed.
+    hits: what is hit, which is much to hand back.
+    """
+
+    any_hit: bool = False
+    repeats: int = 1
+    count: bool = False
+    hits: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +78,7 @@ class Structure:
 
 @dataclass(frozen=True, slots=True)
 class RayHits:
-    """What a tracer found, one entry a ray.
+    """What a tracer found, one entry a ray; no entries where hits were not asked for.
 
     Attributes
     ----------
@@ -122,6 +145,11 @@ def _described(value: object) -> str:
     return type(value).__name__
 
 
+def _all_three(parts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows of which all parts are true: `all` would go through millions of them one by one."""
+    return parts[:, 0] & parts[:, 1] & parts[:, 2]
+
+
 def make_rays(
     origins: NDArray[np.float32],
     directions: NDArray[np.float32],
@@ -144,9 +172,9 @@ def make_rays(
         starts, towards, _distances("t_min", t_min, count), _distances("t_max", t_max, count)
     )
     for bad, what in (
-        (~np.isfinite(starts).all(axis=1), "its origin is not finite"),
-        (~np.isfinite(towards).all(axis=1), "its direction is not finite"),
-        (~towards.any(axis=1), "its direction is zero"),
+        (~_all_three(np.isfinite(starts)), "its origin is not finite"),
+        (~_all_three(np.isfinite(towards)), "its direction is not finite"),
+        (_all_three(towards == 0.0), "its direction is zero"),
         (~((rays.t_min >= 0.0) & np.isfinite(rays.t_min)), "t_min must be finite and not negative"),
         (~(rays.t_max >= rays.t_min), "t_max must not be below t_min"),
     ):

@@ -33,10 +33,23 @@ PrecisionKind precision_of(const std::string& name) {
     throw std::invalid_argument("precision must be one of " + known + ", not " + name);
 }
 
+void add_hits(nb::dict& result, std::span<const QueryHit<float>> hits) {
+    std::vector<float> t;
+    std::vector<u32> primitive;
+    t.reserve(hits.size());
+    primitive.reserve(hits.size());
+    for (const QueryHit<float>& hit : hits) {
+        t.push_back(hit.t);
+        primitive.push_back(hit.primitive);
+    }
+    result["t"] = to_numpy(std::move(t), {hits.size()});
+    result["primitive"] = to_numpy(std::move(primitive), {hits.size()});
+}
+
 namespace {
 
-std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& directions,
-                                          const Reals& t_min, const Reals& t_max) {
+RaysHandle make_rays(const Points& origins, const Points& directions, const Reals& t_min,
+                     const Reals& t_max) {
     const std::size_t n = origins.shape(0);
     if (directions.shape(0) != n || t_min.size() != n || t_max.size() != n) {
         throw std::invalid_argument(
@@ -48,27 +61,17 @@ std::vector<RayQuery<float>> make_queries(const Points& origins, const Points& d
     for (std::size_t i = 0; i < n; ++i) {
         queries[i] = {point(origins, i), t_min(i), point(directions, i), t_max(i)};
     }
-    return queries;
+    return RaysHandle(std::move(queries));
 }
 
-nb::dict to_dict(const ReplayOutput& output) {
-    const std::size_t n = output.hits.size();
-    std::vector<float> t;
-    std::vector<u32> primitive;
-    t.reserve(n);
-    primitive.reserve(n);
-    for (const QueryHit<float>& hit : output.hits) {
-        t.push_back(hit.t);
-        primitive.push_back(hit.primitive);
-    }
+nb::dict to_dict(const ReplayOutput& output, std::size_t rays, bool hits) {
     nb::dict result;
-    result["t"] = to_numpy(std::move(t), {n});
-    result["primitive"] = to_numpy(std::move(primitive), {n});
+    if (hits) add_hits(result, output.hits);
     result["seconds"] = output.seconds;
     if (output.visited) {
-        const double rays = double(std::max<std::size_t>(output.hits.size(), 1));
-        result["nodes"] = double(output.visited->nodes) / rays;
-        result["triangles"] = double(output.visited->primitives) / rays;
+        const double count = double(std::max<std::size_t>(rays, 1));
+        result["nodes"] = double(output.visited->nodes) / count;
+        result["triangles"] = double(output.visited->primitives) / count;
     }
     return result;
 }
@@ -81,14 +84,13 @@ BvhInfo bvh_of(SceneHandle& scene, const std::string& traversal) {
 
 QueryKind query_kind(bool any_hit) { return any_hit ? QueryKind::any_hit : QueryKind::closest; }
 
-nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& directions,
-                      const Reals& t_min, const Reals& t_max, bool any_hit,
+nb::dict trace_on_cpu(SceneHandle& scene, const RaysHandle& rays, bool any_hit,
                       const std::string& intersector, const std::string& traversal,
-                      const std::string& precision, int threads, int repeats, bool count) {
+                      const std::string& precision, int threads, int repeats, bool count,
+                      bool hits) {
     if (intersector != "haste" && intersector != "embree") {
         throw std::invalid_argument("intersector must be one of embree, haste, not " + intersector);
     }
-    const std::vector<RayQuery<float>> queries = make_queries(origins, directions, t_min, t_max);
     const ReplaySchedule schedule{
         intersector == "embree" ? IntersectorKind::embree : IntersectorKind::haste,
         traversal_of(traversal),
@@ -100,26 +102,24 @@ nb::dict trace_on_cpu(SceneHandle& scene, const Points& origins, const Points& d
     {
         const nb::gil_scoped_release release;
         output =
-            replay_cpu(scene.host(), queries, query_kind(any_hit), schedule,
+            replay_cpu(scene.host(), rays.host(), query_kind(any_hit), schedule,
                        schedule.intersector == IntersectorKind::embree ? &scene.embree() : nullptr);
     }
-    return to_dict(output);
+    return to_dict(output, rays.size(), hits);
 }
 
-nb::dict trace_on_cuda(SceneHandle& scene, const Points& origins, const Points& directions,
-                       const Reals& t_min, const Reals& t_max, bool any_hit,
+nb::dict trace_on_cuda(SceneHandle& scene, RaysHandle& rays, bool any_hit,
                        const std::string& traversal, const std::string& precision, int block,
-                       int repeats, bool count) {
-    const std::vector<RayQuery<float>> queries = make_queries(origins, directions, t_min, t_max);
-    const cuda::CudaReplaySchedule schedule{traversal_of(traversal), precision_of(precision), block,
-                                            repeats, count};
+                       int repeats, bool count, bool hits) {
+    const cuda::CudaReplaySchedule schedule{
+        traversal_of(traversal), precision_of(precision), block, repeats, count, hits};
     cuda::CudaReplayOutput output;
     {
         const nb::gil_scoped_release release;
-        output = cuda::Renderer::instance().replay(scene.host(), scene.device(), queries,
-                                                   query_kind(any_hit), schedule);
+        output = cuda::Renderer::instance().replay(scene.host(), scene.device(), rays.host(),
+                                                   rays.device(), query_kind(any_hit), schedule);
     }
-    nb::dict result = to_dict(output.replay);
+    nb::dict result = to_dict(output.replay, rays.size(), hits);
     result["compile_seconds"] = output.compile_seconds;
     result["scene_upload_seconds"] = output.scene_upload_seconds;
     result["upload_seconds"] = output.upload_seconds;
@@ -152,21 +152,28 @@ void bind_replay(nb::module_& module) {
         },
         "scene"_a, "traversal"_a,
         "Seconds that building the hierarchy of a traversal took; builds it on first use.");
+    nb::class_<RaysHandle>(module, "Rays",
+                           "Rays that are checked once and held for any number of replays, on a "
+                           "GPU too once they are traced there. Arrays: origins and directions "
+                           "float32 [n, 3], t_min and t_max float32 [n]. Raises ValueError naming "
+                           "the ray that makes no sense.")
+        .def(nb::new_(&make_rays), "origins"_a, "directions"_a, "t_min"_a, "t_max"_a)
+        .def("__len__", &RaysHandle::size);
     module.def(
-        "trace_cpu", &trace_on_cpu, "scene"_a, "origins"_a, "directions"_a, "t_min"_a, "t_max"_a,
-        nb::kw_only(), "any_hit"_a = false, "intersector"_a = "haste",
-        "traversal"_a = name_of(default_traversal), "precision"_a = "watertight", "threads"_a = 0,
-        "repeats"_a = 1, "count"_a = false,
-        "Traces rays for their own sake. Arrays: origins and directions float32 [n, 3], "
-        "t_min and t_max float32 [n]. Returns a dict: t (float32 [n], infinity without a "
+        "trace_cpu", &trace_on_cpu, "scene"_a, "rays"_a, nb::kw_only(), "any_hit"_a = false,
+        "intersector"_a = "haste", "traversal"_a = name_of(default_traversal),
+        "precision"_a = "watertight", "threads"_a = 0, "repeats"_a = 1, "count"_a = false,
+        "hits"_a = true,
+        "Traces rays for their own sake. Returns a dict: t (float32 [n], infinity without a "
         "hit within (t_min, t_max]), primitive (uint32 [n], triangles from 0, spheres after "
         "them, 0xffffffff without a hit), seconds (list, tracing alone, one a repeat). With "
         "any_hit t is 0 where something is hit, and primitive is not known. With count also nodes "
-        "and triangles, visited a ray in the mean. Raises ValueError naming the ray.");
-    module.def("trace_cuda", &trace_on_cuda, "scene"_a, "origins"_a, "directions"_a, "t_min"_a,
-               "t_max"_a, nb::kw_only(), "any_hit"_a = false,
-               "traversal"_a = name_of(default_traversal), "precision"_a = "watertight",
-               "block"_a = 128, "repeats"_a = 1, "count"_a = false,
+        "and triangles, visited a ray in the mean. Without hits neither t nor primitive. Raises "
+        "ValueError.");
+    module.def("trace_cuda", &trace_on_cuda, "scene"_a, "rays"_a, nb::kw_only(),
+               "any_hit"_a = false, "traversal"_a = name_of(default_traversal),
+               "precision"_a = "watertight", "block"_a = 128, "repeats"_a = 1, "count"_a = false,
+               "hits"_a = true,
                "The same on the GPU. Returns the dict of trace_cpu (seconds of "
                "the kernel, by the device's clock) with compile_seconds, scene_upload_seconds, "
                "upload_seconds and download_seconds (rays and hits), registers. Raises CudaError "

@@ -3,9 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
-#include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "core/features/all.h"
 #include "core/precision.h"
@@ -16,14 +14,6 @@
 namespace haste {
 
 namespace {
-
-bool finite(const Vec3f& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-[[noreturn]] void refuse(std::size_t ray, const char* what) {
-    throw std::invalid_argument("ray " + std::to_string(ray) + ": " + what);
-}
 
 void run(ReplayLoop loop, const void* intersector, std::span<const RayQuery<float>> queries,
          int repeats, ReplayOutput& output) {
@@ -103,19 +93,6 @@ void run_in(const HostScene& scene, QueryKind kind, std::span<const RayQuery<flo
 
 }  // namespace
 
-void check_queries(std::span<const RayQuery<float>> queries) {
-    for (std::size_t i = 0; i < queries.size(); ++i) {
-        const RayQuery<float>& query = queries[i];
-        if (!finite(query.origin)) refuse(i, "its origin is not finite");
-        if (!finite(query.direction)) refuse(i, "its direction is not finite");
-        if (is_zero(query.direction)) refuse(i, "its direction is zero");
-        if (!(query.t_min >= 0) || std::isinf(query.t_min)) {
-            refuse(i, "t_min must be finite and not negative");
-        }
-        if (!(query.t_max >= query.t_min)) refuse(i, "t_max must not be below t_min");
-    }
-}
-
 void check_replay_precision(PrecisionKind precision) {
     if (precision == PrecisionKind::fp64) {
         throw std::invalid_argument("rays are replayed in the precisions watertight and fast only");
@@ -126,15 +103,15 @@ void check_repeats(int repeats) {
     if (repeats < 1) throw std::invalid_argument("repeats must be at least 1");
 }
 
-ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>> queries,
-                        QueryKind kind, const ReplaySchedule& schedule, const void* embree_scene) {
+ReplayOutput replay_cpu(const HostScene& scene, const RayBatch& rays, QueryKind kind,
+                        const ReplaySchedule& schedule, const void* embree_scene) {
     if (schedule.threads < 0) throw std::invalid_argument("threads must not be negative");
     check_repeats(schedule.repeats);
     if (schedule.count && schedule.intersector == IntersectorKind::embree) {
         throw std::invalid_argument("Embree does not count what it visits");
     }
     check_replay_precision(schedule.precision);
-    check_queries(queries);
+    const std::span queries = rays.queries();
     const ThreadLimit limit(schedule.threads);
     ReplayOutput output;
     output.hits.resize(queries.size());

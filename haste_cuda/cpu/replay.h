@@ -8,6 +8,7 @@
 #include "core/accel/traversal.h"
 #include "core/engine/replay.h"
 #include "core/precision.h"
+#include "cpu/ray_batch.h"
 #include "cpu/render.h"
 
 namespace haste {
@@ -30,10 +31,6 @@ struct ReplaySchedule {
     bool count = false;  ///< counts what is visited, in one repeat more that is not timed
 };
 
-/// Throws std::invalid_argument naming the first ray that is not finite, or whose interval
-/// (t_min, t_max] is not one of distances.
-void check_queries(std::span<const RayQuery<float>> queries);
-
 /// Throws std::invalid_argument for a precision whose rays are no queries in single precision.
 void check_replay_precision(PrecisionKind precision);
 
@@ -42,9 +39,8 @@ void check_repeats(int repeats);
 
 /// Traces rays for their own sake, any number of threads side by side, and nothing is shaded.
 /// `embree_scene` is the EmbreeScene, where Embree intersects.
-ReplayOutput replay_cpu(const HostScene& scene, std::span<const RayQuery<float>> queries,
-                        QueryKind kind, const ReplaySchedule& schedule,
-                        const void* embree_scene = nullptr);
+ReplayOutput replay_cpu(const HostScene& scene, const RayBatch& rays, QueryKind kind,
+                        const ReplaySchedule& schedule, const void* embree_scene = nullptr);
 
 /// The loop that every intersector of the processor shares.
 using ReplayLoop = void (*)(const void* intersector, std::span<const RayQuery<float>> queries,

@@ -29,6 +29,7 @@ struct CudaReplaySchedule {
     int block = 128;                                      ///< threads
     int repeats = 1;
     bool count = false;  ///< counts what is visited, in one repeat more that is not timed
+    bool hits = true;    ///< copies them back
 };
 
 /// A replay and the figures of its kernel and copies.
@@ -36,8 +37,8 @@ struct CudaReplayOutput {
     ReplayOutput replay;              ///< seconds by the device's clock, the kernel alone
     double compile_seconds = 0;       ///< to compile or load the kernel
     double scene_upload_seconds = 0;  ///< 0 once the scene is on the device
-    double upload_seconds = 0;        ///< copying the rays to the device
-    double download_seconds = 0;      ///< copying the hits back
+    double upload_seconds = 0;        ///< copying the rays; 0 once they are on the device
+    double download_seconds = 0;      ///< copying the hits back; 0 where they are not wanted
     int registers = 0;
 };
 
@@ -47,19 +48,20 @@ public:
     static Renderer& instance();
     ~Renderer();
 
-    /// A scene on this device: opaque to those who only keep it.
+    /// A scene, and rays, on this device: opaque to those who only keep them.
     struct Scene;
+    struct Rays;
 
     /// Renders by the schedule's engine. `scene` is filled on first use.
     /// Throws CudaError, std::invalid_argument and FilmOverflow.
     CudaOutput render(const HostScene& host, std::shared_ptr<Scene>& scene, ModelKind model,
                       const Settings<float>& settings, u32 samples, const Schedule& schedule);
 
-    /// Traces rays for their own sake. `scene` is filled on first use.
-    /// Throws CudaError and std::invalid_argument.
+    /// Traces rays for their own sake. `scene` and `device_rays` are filled on first use: as long
+    /// as they are kept, neither is copied again. Throws CudaError and std::invalid_argument.
     CudaReplayOutput replay(const HostScene& host, std::shared_ptr<Scene>& scene,
-                            std::span<const RayQuery<float>> queries, QueryKind kind,
-                            const CudaReplaySchedule& schedule);
+                            const RayBatch& rays, std::shared_ptr<Rays>& device_rays,
+                            QueryKind kind, const CudaReplaySchedule& schedule);
 
 private:
     Renderer();

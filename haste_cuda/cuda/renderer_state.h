@@ -2,12 +2,17 @@
 
 #include "cuda/device_scene.h"
 #include "cuda/kernel.h"
+#include "cuda/memory.h"
 #include "cuda/render.h"
 
 namespace haste::cuda {
 
 struct Renderer::Scene {
     DeviceScene device;
+};
+
+struct Renderer::Rays {
+    DeviceBuffer<RayQuery<float>> queries;
 };
 
 struct Renderer::State {

@@ -48,8 +48,8 @@ private:
 }  // namespace
 
 CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>& scene,
-                                  std::span<const RayQuery<float>> queries, QueryKind kind,
-                                  const CudaReplaySchedule& schedule) {
+                                  const RayBatch& rays, std::shared_ptr<Rays>& device_rays,
+                                  QueryKind kind, const CudaReplaySchedule& schedule) {
     check_block(schedule.block);
     if (schedule.traversal == TraversalKind::bvh8 && schedule.block > max_resident_block) {
         throw std::invalid_argument(
@@ -58,9 +58,8 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     }
     check_repeats(schedule.repeats);
     check_replay_precision(schedule.precision);
-    check_queries(queries);
     // The counter of rays may run ahead by a warp a warp.
-    if (queries.size() > 0xf0000000u) throw std::invalid_argument("too many rays for one replay");
+    if (rays.size() > 0xf0000000u) throw std::invalid_argument("too many rays for one replay");
     CudaReplayOutput output;
     output.scene_upload_seconds = state_->upload(host, scene, schedule.traversal);
 
@@ -73,26 +72,29 @@ CudaReplayOutput Renderer::replay(const HostScene& host, std::shared_ptr<Scene>&
     output.compile_seconds = kernel.build_seconds();
     output.registers = kernel.attributes().registers;
 
-    const Stopwatch upload;
-    const DeviceBuffer<RayQuery<float>> device_queries(queries);
-    output.upload_seconds = upload.seconds();
-    const DeviceBuffer<QueryHit<float>> device_hits(queries.size());
+    if (!device_rays) {
+        const Stopwatch upload;
+        device_rays = std::make_shared<Rays>(DeviceBuffer<RayQuery<float>>(rays.queries()));
+        output.upload_seconds = upload.seconds();
+    }
+    const DeviceBuffer<QueryHit<float>> device_hits(rays.size());
     ReplayParams parameters{};
     parameters.scene = scene->device.view();
-    parameters.queries = device_queries.data();
+    parameters.queries = device_rays->queries.data();
     parameters.hits = device_hits.data();
-    parameters.count = u32(queries.size());
+    parameters.count = u32(rays.size());
 
     const int multiprocessors = state_->device.info().multiprocessors;
     Replay replay(kernel, specification.resident(), schedule.block, multiprocessors, parameters);
     for (int i = 0; i < schedule.repeats; ++i) {
         output.replay.seconds.push_back(replay.run(state_->stream));
     }
-    output.replay.hits.resize(queries.size());
-    const Stopwatch download;
-    device_hits.download(output.replay.hits);
-    output.download_seconds = download.seconds();
-
+    if (schedule.hits) {
+        output.replay.hits.resize(rays.size());
+        const Stopwatch download;
+        device_hits.download(output.replay.hits);
+        output.download_seconds = download.seconds();
+    }
     if (schedule.count) {
         specification.count = true;
         DeviceBuffer<Tally> visited(1);

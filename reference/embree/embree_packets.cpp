@@ -131,10 +131,10 @@ void check_call(const EmbreeScene& scene, const EmbreeCall& call) {
 
 }  // namespace
 
-EmbreeReplay replay_embree(const EmbreeScene& scene, std::span<const RayQuery<float>> queries,
-                           QueryKind kind, const EmbreeCall& call) {
+EmbreeReplay replay_embree(const EmbreeScene& scene, const RayBatch& rays, QueryKind kind,
+                           const EmbreeCall& call) {
     check_call(scene, call);
-    check_queries(queries);
+    const std::span queries = rays.queries();
     std::unique_ptr<tbb::global_control> limit;
     if (call.threads > 0) {
         limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,

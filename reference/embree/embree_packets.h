@@ -1,9 +1,9 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "core/engine/replay.h"
+#include "cpu/ray_batch.h"
 #include "reference/embree/embree_scene.h"
 
 namespace haste {
@@ -20,10 +20,9 @@ struct EmbreeReplay {
     std::vector<double> seconds;        ///< of each repeat, tracing alone
 };
 
-/// Traces rays for their own sake, and nothing is shaded. Throws std::invalid_argument naming a ray
-/// that makes no sense, or why Embree has no such packets here: spheres are tested by a callback
-/// that takes one ray.
-EmbreeReplay replay_embree(const EmbreeScene& scene, std::span<const RayQuery<float>> queries,
-                           QueryKind kind, const EmbreeCall& call);
+/// Traces rays for their own sake, and nothing is shaded. Throws std::invalid_argument saying why
+/// Embree has no such packets here: spheres are tested by a callback that takes one ray.
+EmbreeReplay replay_embree(const EmbreeScene& scene, const RayBatch& rays, QueryKind kind,
+                           const EmbreeCall& call);
 
 }  // namespace haste

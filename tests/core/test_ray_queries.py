@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ UNIT = 2.0**-24
 SKULL = Path(__file__).parents[2] / "scenes" / "skull"
 INTERSECTORS = ("haste", "embree")
 Floats = NDArray[np.float64]
+Trace = Callable[..., dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -238,6 +241,36 @@ def test_hits_depend_on_neither_threads_nor_the_order_of_the_rays(star_case: Cas
     for name in ("t", "primitive"):
         assert np.array_equal(one[name], two[name]), name
         assert np.array_equal(one[name][order], shuffled[name]), name
+
+
+@pytest.mark.parametrize("trace", [haste_cuda.trace_cpu, haste_cuda.trace_embree])
+def test_rays_that_are_held_have_the_hits_of_their_arrays(star_case: Case, trace: Trace) -> None:
+    arrays = (star_case.origins, star_case.towards, star_case.t_min, star_case.t_max)
+    expected = trace(star_case.scene, *arrays)
+    # They are copied: what becomes of the arrays does not matter.
+    copies = [array.copy() for array in arrays]
+    held = haste_cuda.Rays(*copies)
+    for array in copies:
+        array[:] = np.nan
+    assert len(held) == len(star_case.origins)
+    for _ in range(2):
+        found = trace(star_case.scene, held)
+        for name in ("t", "primitive"):
+            assert np.array_equal(found[name], expected[name]), name
+
+
+@pytest.mark.parametrize("trace", [haste_cuda.trace_cpu, haste_cuda.trace_embree])
+def test_without_hits_there_are_times_alone(star_case: Case, trace: Trace) -> None:
+    arrays = (star_case.origins, star_case.towards, star_case.t_min, star_case.t_max)
+    answer = trace(star_case.scene, *arrays, hits=False, repeats=2)
+    assert not {"t", "primitive"} & answer.keys() and len(answer["seconds"]) == 2, answer
+
+
+def test_what_is_visited_is_a_mean_over_the_rays_also_without_hits(star_case: Case) -> None:
+    counted = star_case.trace(count=True)
+    alone = star_case.trace(count=True, hits=False)
+    for name in ("nodes", "triangles"):
+        assert alone[name] == counted[name] > 0.0, (name, alone[name], counted[name])
 
 
 def test_no_ray_is_no_hit(star_case: Case) -> None:

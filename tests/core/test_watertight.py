@@ -69,8 +69,7 @@ def test_a_test_that_is_not_watertight_is_caught(eye: float) -> None:
     scene = mesh_scene(mesh.vertices, mesh.triangles)
     for aim in AIMS:
         rings, rays, ring, truth = aimed(mesh, aim, eye, COUNT)
-        table = np.column_stack([rays.origins, rays.t_min, rays.directions, rays.t_max])
-        found = haste_cuda.trace_embree(scene, np.ascontiguousarray(table), mode="fast")
+        found = haste_cuda.trace_embree(scene, *arrays(rays), mode="fast")
         gone = lost(rings, ring, truth, found["t"], found["primitive"]) & truth.covered
         assert gone.any(), f"eye {eye:g}, {aim}: none of {truth.covered.sum()} rays is lost"
 

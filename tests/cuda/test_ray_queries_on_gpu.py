@@ -1,5 +1,7 @@
 """Rays replayed on the GPU: the hits of the processor, bit for bit."""
 
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +97,62 @@ def test_copies_and_compilation_are_told_apart_from_tracing(case: tuple[str, Any
     warm = haste_cuda.trace_cuda(scene, *rays)
     assert min(warm["seconds"]) > 0.0 and warm["scene_upload_seconds"] == 0.0, (name, warm)
     assert warm["upload_seconds"] > 0.0 and warm["download_seconds"] > 0.0, (name, warm)
+
+
+def test_rays_that_are_held_are_copied_once_and_have_the_same_hits(case: tuple[str, Any, Rays]):
+    name, scene, rays = case
+    held = haste_cuda.Rays(*rays)
+    expected = haste_cuda.trace_cuda(scene, *rays)
+    first, second = (haste_cuda.trace_cuda(scene, held) for _ in range(2))
+    assert first["upload_seconds"] > 0.0 and second["upload_seconds"] == 0.0, (name, second)
+    for traversal in ("bvh2", "bvh8"):
+        found = haste_cuda.trace_cuda(scene, held, traversal=traversal)
+        for answer in (first, second, found):
+            assert np.array_equal(bits(answer["t"]), bits(expected["t"])), (name, traversal)
+            assert np.array_equal(answer["primitive"], expected["primitive"]), (name, traversal)
+
+
+def test_rays_are_held_for_any_scene(case: tuple[str, Any, Rays]):
+    name, scene, rays = case
+    other = to_core(load_scene(ROOT / "scenes" / "cornell-box"), 2)
+    held = haste_cuda.Rays(*rays)
+    for one in (other, scene, other):
+        found, expected = (haste_cuda.trace_cuda(one, *which) for which in ((held,), rays))
+        assert np.array_equal(bits(found["t"]), bits(expected["t"])), name
+
+
+def used_megabytes() -> int:
+    """Memory of the first GPU that is in use, [MiB]."""
+    if shutil.which("nvidia-smi") is None:
+        pytest.skip("nvidia-smi is missing")
+    command = ["nvidia-smi", "--id=0", "--query-gpu=memory.used", "--format=csv,noheader,nounits"]
+    return int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+
+def test_the_memory_of_rays_that_are_dropped_is_free_again():
+    scene = to_core(load_scene(ROOT / "scenes" / "cornell-box"), 2)
+    # Batches of 128 MiB, which a driver does not keep for later.
+    count = 1 << 22
+    towards = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (count, 1))
+    ends = np.zeros(count, np.float32), np.full(count, np.inf, np.float32)
+    haste_cuda.trace_cuda(scene, towards[:1], towards[:1], ends[0][:1], ends[1][:1])
+    before = used_megabytes()
+    held = [haste_cuda.Rays(towards, towards, *ends) for _ in range(4)]
+    for rays in held:
+        haste_cuda.trace_cuda(scene, rays, hits=False)
+    between = used_megabytes()
+    assert between - before >= 4 * 128, (before, between)
+    # The last of them is named by the loop too.
+    del held, rays
+    after = used_megabytes()
+    assert after - before < 128, (before, between, after)
+
+
+def test_without_hits_there_are_times_alone(case: tuple[str, Any, Rays]):
+    name, scene, rays = case
+    answer = haste_cuda.trace_cuda(scene, *rays, hits=False, repeats=2)
+    assert not {"t", "primitive"} & answer.keys(), (name, answer.keys())
+    assert min(answer["seconds"]) > 0.0 and answer["download_seconds"] == 0.0, (name, answer)
 
 
 def test_no_ray_is_no_hit(case: tuple[str, Any, Rays]):

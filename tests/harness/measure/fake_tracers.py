@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.scene import RenderSettings
 from harness.tracers.base import NO_OPTIONS, RayCounts, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import NONE, RayHits, Rays, Structure, Visits, Way
+from harness.tracers.rays import NONE, Held, Query, RayHits, Structure, Visits, Way
 
 LOG_VARIABLE = "FAKE_TRACER_LOG"
 
@@ -149,16 +149,16 @@ class Replaying(SteadyA):
         del way
         return Structure(build_seconds=0.25, size=640.0)
 
-    def _replay(self, rays: Rays, way: Way, *, any_hit: bool, repeats: int, count: bool) -> RayHits:
+    def replay(self, rays: Held, way: Way, query: Query) -> RayHits:
         if way.traversal == "intersect8":
             raise UnsupportedError("no packets here")
-        kind = "any" if any_hit else "closest"
-        log(f"{self.name} {len(rays)} {kind} x{repeats}{' counted' if count else ''}")
+        kind, counted = "any" if query.any_hit else "closest", " counted" if query.count else ""
+        log(f"{self.name} {len(rays)} {kind} x{query.repeats}{counted}")
         self.seconds = getattr(self, "seconds", 0.0) + 0.001
-        nowhere = np.full(len(rays), NONE)
-        times = (9.0,) * (repeats - 1) + (self.seconds,)
-        visits = Visits(5.0, 2.0) if count else None
-        return RayHits(np.full(len(rays), np.inf, np.float32), nowhere, nowhere, times, visits)
+        nowhere = np.full(len(rays) if query.hits else 0, NONE)
+        times = (9.0,) * (query.repeats - 1) + (self.seconds,)
+        visits = Visits(5.0, 2.0) if query.count else None
+        return RayHits(np.full(len(nowhere), np.inf, np.float32), nowhere, nowhere, times, visits)
 
 
 class ReplayingToo(Replaying):
@@ -170,10 +170,10 @@ class DyingWhenTimed(Replaying):
 
     name: ClassVar[str] = "dying late"
 
-    def _replay(self, rays: Rays, way: Way, **how: object) -> RayHits:
-        if how["repeats"] == 2:
+    def replay(self, rays: Held, way: Way, query: Query) -> RayHits:
+        if query.repeats == 2:
             os.abort()
-        return super()._replay(rays, way, **how)
+        return super().replay(rays, way, query)
 
 
 class FailsAtLargePackets(Packets):

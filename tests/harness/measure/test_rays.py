@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -159,6 +160,19 @@ def test_a_class_that_is_there_is_kept_and_one_that_is_not_is_traced_again(
     assert hash_file(folder / "rays.npz") == sha256
     _, third = replayed(make(["embree"], classes=["camera"], repeats=4))
     assert len(third["camera"]["variants"][0]["seconds"]) == 4
+
+
+def test_the_log_tells_what_the_time_of_a_class_goes_into(
+    make: Callable[..., Config], capsys: pytest.CaptureFixture[str]
+):
+    replayed(make(["haste-cpu"], classes=["camera"]))
+    log = capsys.readouterr().err
+    number = r"\d+\.\d"
+    parts = ("reading", "looking", "comparing", "timing", "energy")
+    spent = ", ".join(f"{part} {number}" for part in parts)
+    assert re.search(rf"lamp: camera in {number} s \({spent}\)", log), log
+    made = ", ".join(f"{part} {number}" for part in ("tracing", "making", "writing", "hashing"))
+    assert re.search(rf"lamp: rays made in {number} s \({made}\)", log), log
 
 
 def test_energy_is_asked_of_gpus_alone_and_the_reason_is_kept(make: Callable[..., Config]):

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from harness.eye_rays import Seen
+from harness.eye_rays import SAME_DISTANCE, Seen, count_differences
 from harness.rays.agreement import LEAST_RUNS, LONGEST_RUN, Sight, compare, evenly
 from harness.tracers.rays import NONE
 
@@ -50,6 +50,40 @@ def test_where_any_hit_will_do_only_having_one_counts():
     one = seen((0.0, int(NONE)), MISS, MISS)
     two = seen((7.5, 3), MISS, (1.0, 2))
     assert compare(one, two, any_hit=True).count == 1
+
+
+def test_a_count_of_differences_is_that_of_every_ray_by_itself():
+    """Against the definition, on rays of which many differ in every way there is."""
+    random = np.random.default_rng(8)
+    t = random.choice([0.0, 1.0, 1.0005, 1.01, 3e38, np.inf], (2, 5000)).astype(np.float32)
+    primitive = random.integers(0, 3, (2, 5000)).astype(np.uint32)
+    primitive[(t == np.inf) | (random.random(t.shape) < 0.2)] = NONE
+    a, b = (Seen(*one) for one in zip(t, primitive, strict=True))
+    differing = 0
+    for t_a, t_b, own, other in zip(*t.astype(np.float64), *primitive, strict=True):
+        if np.isinf(t_a) or np.isinf(t_b):
+            differing += t_a != t_b
+        elif own != other or own == NONE:
+            differing += abs(t_a - t_b) > SAME_DISTANCE * max(t_a, t_b)
+    assert 0 < differing < 5000
+    assert count_differences(a, b) == count_differences(b, a) == differing
+
+
+@pytest.mark.parametrize("wanted", [1, 100, 4096])
+def test_what_is_common_to_all_rays_and_some_of_them_is_these(wanted: int):
+    count = 4096
+    t = np.arange(count, dtype=np.float32)
+    primitive = np.arange(count, dtype=np.uint32)
+    everything = Sight(evenly(count, count), Seen(t, primitive))
+    places = evenly(count, wanted)
+    some = Sight(places, Seen(t[places], primitive[places]))
+    # The last places are beyond those of a file that is shorter.
+    fewer = Sight(np.arange(64), Seen(t[:64], primitive[:64]))
+    for one, two in ((everything, some), (some, everything), (fewer, some), (some, fewer)):
+        own, theirs = one.both(two)
+        common = np.intersect1d(one.places, two.places)
+        assert np.array_equal(own.primitive, common), (wanted, len(one.places), len(two.places))
+        assert np.array_equal(theirs.primitive, common), (wanted, own.primitive[:5], common[:5])
 
 
 def test_only_rays_that_both_have_traced_are_compared():

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from harness.measure.config import ROOT
 from harness.rays.classes import CLASSES
 from harness.rays.generate import RaysError, extent, generate_rays, scene_box
+from harness.rays.parts import PART
 from harness.rays.store import hash_file, read_rays, write_rays
 from harness.scene import Scene, load_scene
 from harness.tracers.rays import NONE, RayHits, Rays
@@ -83,6 +84,26 @@ def test_the_same_seed_gives_the_same_file_and_another_seed_others(tmp_path: Pat
         assert np.array_equal(getattr(kept, part), getattr(again["diffuse2"], part)), part
     with pytest.raises(KeyError, match="caustic"):
         read_rays(tmp_path / "0.npz", "caustic")
+
+
+@pytest.mark.parametrize("name", ["cornell-box", "mirror-glass"])
+def test_rays_depend_on_no_number_of_threads(name: str):
+    scene, count = scene_of(name), 2 * PART + 1000
+    primitives = len(scene.triangles) + len(scene.spheres)
+
+    def trace(rays: Rays) -> RayHits:
+        """A tracer that is quick: each ray hits another primitive, and every third one nothing."""
+        number = np.arange(len(rays), dtype=np.uint32)
+        miss = number % 3 == 0
+        t = np.where(miss, np.float32(np.inf), np.float32(1.0))
+        nowhere = np.full(len(rays), NONE)
+        return RayHits(t, nowhere, np.where(miss, NONE, number % np.uint32(primitives)), (0.0,))
+
+    one, four = (generate_rays(scene, trace, count, threads=threads) for threads in (1, 4))
+    for kind in CLASSES:
+        for part in Rays.__slots__:
+            a, b = getattr(one[kind], part), getattr(four[kind], part)
+            assert np.array_equal(a, b), (name, kind, part)
 
 
 def test_a_spawned_ray_never_meets_the_triangle_that_it_starts_from():

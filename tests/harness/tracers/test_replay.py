@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from harness.measure.config import ROOT
 from harness.scene import RenderSettings, load_scene, load_settings
 from harness.tracers import NONE, TRACERS, RayHits, RenderResult, Tracer, UnsupportedError
-from harness.tracers.rays import Way, make_rays
+from harness.tracers.rays import Query, Way, make_rays
 from harness.tracers.registry import load_tracer
 
 SCENES = ("cornell-box", "mirror-glass", "three-spheres")
@@ -132,6 +132,33 @@ def test_every_traversal_of_the_core_gives_the_same_hits(name: str):
         structure = tracer.structure(way)
         assert structure is not None, way
         assert (structure.size > 0.0) == (way.traversal != "brute_force"), (way, structure)
+
+
+@pytest.mark.parametrize("name", list(TRACERS))
+def test_rays_that_are_held_are_traced_again_and_again(name: str):
+    tracer = loaded(name, "cornell-box")
+    origins, towards = (part[:ONE_BY_ONE] for part in rays_through("cornell-box"))
+    first = tracer.trace(origins, towards)
+    held = tracer.hold(make_rays(origins, towards))
+    assert len(held) == ONE_BY_ONE
+    way = tracer.ways()[0]
+    for turn in range(2):
+        again = tracer.replay(held, way, Query())
+        for part in ("t", "shape", "primitive"):
+            assert np.array_equal(getattr(again, part), getattr(first, part)), (name, turn, part)
+        # What lies beyond the ends of the arrays that are handed back would show here.
+        found = tracer.replay(held, way, Query(any_hit=True))
+        assert np.array_equal(found.hit, first.hit), (name, turn)
+
+
+@pytest.mark.parametrize("name", ["haste-cpu", "embree", "mitsuba-llvm", "haste-cuda"])
+def test_hits_that_are_not_asked_for_are_not_handed_back(name: str):
+    tracer = loaded(name, "cornell-box")
+    held = tracer.hold(make_rays(*rays_through("cornell-box")))
+    for any_hit in (False, True):
+        timed = tracer.replay(held, tracer.ways()[0], Query(any_hit, repeats=3, hits=False))
+        assert len(timed.t) == len(timed.shape) == len(timed.primitive) == 0, timed
+        assert len(timed.times) == 3 and min(timed.times) > 0.0, timed
 
 
 def test_a_way_that_a_tracer_does_not_have_is_refused():
