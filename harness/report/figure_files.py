@@ -49,8 +49,8 @@ def colour_in_page(tracer: str) -> str:
 def embed(svg: str, prefix: str) -> str:
     """Make an SVG file part of a page.
 
-    It loses its prologue; its style sheet, whose one rule is the page's (`.card svg`) and which would
-    have the browser style all of the page once more, for each figure; ids that nothing
+    It loses its prologue; its style sheet, whose one rule is the page's (`.card svg`), and which
+    would have the browser style all of the page once more; ids that nothing
     refers to, or that another figure may have too; and the colours that belong to paper.
     """
     body = svg[svg.index("<svg") :]

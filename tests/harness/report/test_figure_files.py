@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from matplotlib import pyplot
+from matplotlib import pyplot as plt
 
 from harness.report.figure_files import embed
 from harness.report.style import save_svg
@@ -14,11 +14,11 @@ from harness.report.style import save_svg
 def test_an_embedded_figure_keeps_no_style_sheet_and_only_ids_that_it_refers_to(
     tmp_path: Path,
 ) -> None:
-    figure, axes = pyplot.subplots()
+    figure, axes = plt.subplots()
     axes.plot([1, 2, 3], [3, 1, 2], marker="o")
     path = tmp_path / "figure.svg"
     save_svg(figure, path)
-    pyplot.close(figure)
+    plt.close(figure)
     drawn = path.read_text()
     body = embed(drawn, "line")
     assert "<style" in drawn, "matplotlib writes no style sheet any more: embed need not remove it"
