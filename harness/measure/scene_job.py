@@ -7,45 +7,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.locks import alone
 from harness.measure.config import Config, scene_name
 from harness.measure.crew import Crew
-from harness.measure.files import remove_partial, write_json
+from harness.measure.files import write_json
+from harness.measure.own_folder import own_folder
 from harness.measure.plan import Subject, subject_of
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance
 from harness.scene import RenderSettings, Scene, Settings, load_scene, load_settings
 
 PROVENANCE, DESCRIPTION = "provenance.json", "scene.json"
-
-
-@contextmanager
-def own_folder(
-    folder: Path, work: str, title: str, *, of_truth: bool = False, shared: bool = False
-) -> Iterator[Progress]:
-    """Have a folder to oneself, cleared of what a killed process left half written.
-
-    One process at a time does the same work in it; another one waits, and finds what the first has
-    completed.
-
-    Parameters
-    ----------
-    folder
-        The folder, made if it is not there.
-    work
-        What is done, which the lock's file is named after: ``rays``.
-    title
-        Opens every line of the progress.
-    of_truth
-        Whether the truth of a scene is clear of partial files thereafter, or all but the truth.
-    shared
-        Whether others write to the folder meanwhile: what is half written may be theirs, and stays.
-    """
-    progress = Progress(title)
-    with alone(folder / f".{work}.lock", progress.say):
-        if not shared:
-            remove_partial(folder, of_truth=of_truth)
-        yield progress
 
 
 @dataclass(frozen=True, slots=True)

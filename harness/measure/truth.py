@@ -6,8 +6,8 @@ from pathlib import Path
 
 from harness.measure.config import Config
 from harness.measure.files import write_json
+from harness.measure.own_folder import own_folder
 from harness.measure.progress import Progress
-from harness.measure.scene_job import own_folder
 from harness.scene import load_settings
 
 SUMMARY = "truth.json"

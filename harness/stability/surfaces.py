@@ -18,9 +18,9 @@ from harness.measure.crew import Crew
 from harness.measure.eye_rays import unshaded_settings
 from harness.measure.files import find_record, hash_files, key_of, write_json
 from harness.measure.messages import Render
+from harness.measure.own_folder import own_folder
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
-from harness.measure.scene_job import own_folder
 from harness.scene import load_scene, load_settings
 from harness.stability.modes import MODES
 from harness.stability.seen_scene import scene_text

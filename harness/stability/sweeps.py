@@ -15,9 +15,9 @@ from harness.measure.config import Config
 from harness.measure.crew import Crew
 from harness.measure.files import find_record, hash_files, key_of, write_image, write_json
 from harness.measure.messages import Render
+from harness.measure.own_folder import own_folder
 from harness.measure.progress import Progress
 from harness.measure.provenance import provenance, tracer_code
-from harness.measure.scene_job import own_folder
 from harness.scene import load_scene, load_settings
 from harness.stability.hazards import HAZARDS, Extreme, Hazard
 from harness.stability.mesh_scene import write_mesh

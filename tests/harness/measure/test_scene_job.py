@@ -13,7 +13,8 @@ from harness.locks import alone
 from harness.measure.config import Config
 from harness.measure.crew import Crew, NoHits
 from harness.measure.files import find_record, write_json
-from harness.measure.scene_job import own_folder, scene_job
+from harness.measure.own_folder import own_folder
+from harness.measure.scene_job import scene_job
 from harness.scene import SceneError
 from harness.whole_files import PARTIAL
 
