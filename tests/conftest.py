@@ -7,14 +7,9 @@ import os
 from typing import Any
 
 import pytest
+from parts import MOST_WORKERS, TOGETHER, part_of
 
 os.environ["MPLBACKEND"] = "Agg"
-
-TOGETHER = ("tests/harness/workflow", "tests/harness/browser")
-"""Folders whose tests share a run or a browser that is dear to make. One process has all tests of
-such a folder, and the longest work comes first, so that none waits for it in the end."""
-MOST_WORKERS = 4
-"""Renders and compilations use every core by themselves; more processes would only cost memory."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -49,12 +44,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     if reason is not None:
         for item in need_a_gpu:
             item.add_marker(pytest.mark.skip(reason=reason))
-
-
-def part_of(nodeid: str) -> str:
-    """The part of the suite that one process runs with all its tests: a file, or a folder."""
-    file = nodeid.partition("::")[0]
-    return next((folder for folder in TOGETHER if file.startswith(folder + "/")), file)
 
 
 @pytest.hookimpl(optionalhook=True)
