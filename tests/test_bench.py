@@ -401,7 +401,10 @@ def test_a_failure_of_one_of_several_processes_is_printed_with_its_message(
     assert result.returncode == 1, result.stdout + result.stderr
     for name in ("test_first.py", "test_second.py"):
         nodeid = f"{name}::test_no_surface_reflects_more_than_it_receives[2.0]"
-        assert f"FAILED {nodeid} - AssertionError: a surface of albedo 2.0" in result.stdout
+        assert f"FAILED {nodeid}" in result.stdout, result.stdout
+    assert result.stdout.count("E       AssertionError: a surface of albedo 2.0") == 2, (
+        result.stdout
+    )
     assert "2 failed, 4 passed" in result.stdout, result.stdout
 
 
