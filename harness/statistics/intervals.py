@@ -55,8 +55,8 @@ def standard_error(values: ArrayLike) -> float:
 def student_quantile(p: float, degrees: float) -> float:
     """Quantile of Student's t at 0 < p < 1.
 
-    The number of scipy.stats.t.ppf without its checks of shapes, which take a hundred times as long
-    as the number: a report asks for some ten thousand.
+    The number of scipy.stats.t.ppf without its checks of shapes, which take 150 microseconds, forty
+    times as long as the rest: a report asks for some ten thousand.
     """
     return float(special.stdtrit(degrees, p))
 
