@@ -12,12 +12,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from scipy import stats
-
 from harness.bounds import GateSettings
 from harness.measure.files import read_json
 from harness.statistics.estimate import Estimate, combine, log_of
-from harness.statistics.intervals import Interval
+from harness.statistics.intervals import Interval, student_quantile
 from harness.statistics.multiple import holm
 from harness.tables.lookup import Measurement, Measurements, find_measurements, read_measurements
 from harness.tables.read import ResultsError
@@ -101,12 +99,12 @@ def log_estimate(found: Interval, *, symmetric_log: bool) -> Estimate | None:
     if not (math.isfinite(found.half_width) and found.value > 0.0 and found.n > 1):
         return None
     if not symmetric_log:
-        error = found.half_width / float(stats.t.ppf(0.975, found.n - 1))
+        error = found.half_width / student_quantile(0.975, found.n - 1)
         return log_of(Estimate(found.value, error, found.n - 1.0, found.n))
     if found.lower <= 0.0:
         return None
     half = 0.5 * math.log(found.upper / found.lower)
-    error = half / float(stats.t.ppf(0.975, 2 * (found.n - 1)))
+    error = half / student_quantile(0.975, 2 * (found.n - 1))
     return Estimate(math.log(found.value), error, found.n - 1.0, found.n)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from harness.tracers.registry import COLOURS
@@ -96,10 +97,27 @@ def make_panels(rows: int, columns: int, panel_height: float) -> tuple[Figure, l
     return figure, list(axes.ravel())
 
 
+def _lay_out(figure: Figure) -> None:
+    """Place a figure's parts for good, as saving it would, which draws everything twice for that.
+
+    The layout is in points, as of an SVG; the figure gets no other afterwards.
+    """
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    canvas = FigureCanvasSVG(figure)
+    dpi, figure.dpi = figure.dpi, canvas.fixed_dpi
+    engine.execute(figure)
+    figure.dpi = dpi
+    with mpl.rc_context({"figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
+
+
 def save_svg(figure: Figure, path: Path) -> None:
     """Write a figure as SVG: the same bytes for the same figure, without a date."""
     drawing = io.StringIO()
     with figure_style():
+        _lay_out(figure)
         figure.savefig(drawing, format="svg", metadata={"Date": None, "Creator": "Haste"})
     # Matplotlib leaves blanks at the ends of lines.
     lines = (line.rstrip() for line in drawing.getvalue().splitlines())

@@ -13,9 +13,14 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, stats
+from scipy import ndimage
 
-from harness.statistics.intervals import Interval, standard_error, welch_degrees
+from harness.statistics.intervals import (
+    Interval,
+    standard_error,
+    student_quantile,
+    welch_degrees,
+)
 from harness.statistics.metrics import Image, Truth, luminance
 
 GATE_LEVEL = 0.90
@@ -72,7 +77,7 @@ def relative_difference(
     error_test = (standard_error(test) / mean_truth) ** 2
     error_truth = (ratio * standard_error(truth) / mean_truth) ** 2
     degrees = welch_degrees(error_test, test.size, error_truth, truth.size)
-    half = float(stats.t.ppf(0.5 + 0.5 * level, degrees)) * math.sqrt(error_test + error_truth)
+    half = student_quantile(0.5 + 0.5 * level, degrees) * math.sqrt(error_test + error_truth)
     return Interval(ratio - 1.0, ratio - 1.0 - half, ratio - 1.0 + half, n)
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, stats
+from scipy import optimize
 
-from harness.statistics.intervals import Interval
+from harness.statistics.intervals import Interval, student_quantile, student_tail
 
 LEAST_SHARE = 0.1
 """A point whose error, less the truth's noise, is under this share of the raw error is unusable."""
@@ -105,8 +105,8 @@ def fit_slope(errors: Mapping[int, NDArray[np.float64]], floor: float, level: fl
         if scatter > 1.0:
             error *= np.sqrt(scatter)
             degrees = min(degrees, len(usable) - 2)
-        half = float(stats.t.ppf(0.5 + 0.5 * level, degrees) * error)
-        p_value = float(2.0 * stats.t.sf(abs(slope - UNBIASED) / error, degrees))
+        half = student_quantile(0.5 + 0.5 * level, degrees) * float(error)
+        p_value = 2.0 * student_tail(abs(slope - UNBIASED) / float(error), degrees)
     return Fit(
         Interval(slope, slope - half, slope + half, int(sizes.sum())),
         float(np.exp(intercept)),

@@ -8,9 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
 
-from harness.statistics.intervals import Interval, as_vector, standard_error
+from harness.statistics.intervals import (
+    Interval,
+    as_vector,
+    standard_error,
+    student_quantile,
+    student_tail,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +34,7 @@ class Estimate:
         """Student's t interval (Student 1908)."""
         if self.error == 0.0 or not math.isfinite(self.value):
             return Interval(self.value, self.value, self.value, self.n)
-        half = float(stats.t.ppf(0.5 + 0.5 * level, self.degrees)) * self.error
+        half = student_quantile(0.5 + 0.5 * level, self.degrees) * self.error
         return Interval(self.value, self.value - half, self.value + half, self.n)
 
     def ratio(self, level: float = 0.95) -> Interval:
@@ -44,7 +49,7 @@ class Estimate:
         excess = max(abs(self.value) - slack, 0.0)
         if self.error == 0.0 or math.isinf(excess):
             return 0.0 if excess > 0.0 else 1.0
-        return float(min(2.0 * stats.t.sf(excess / self.error, self.degrees), 1.0))
+        return min(2.0 * student_tail(excess / self.error, self.degrees), 1.0)
 
 
 def exactly(value: float) -> Estimate:
@@ -145,7 +150,7 @@ def ratio_to_nonnegative(top: Estimate, bottom: Estimate, level: float = 0.95) -
     difference = combine([(1.0, top), (-slope, bottom)])
     if bottom.error == 0.0 and (top.error == 0.0 or below == 0.0):
         return Interval(value, value, value, n)
-    t = float(stats.t.ppf(0.5 + 0.5 * level, difference.degrees))
+    t = student_quantile(0.5 + 0.5 * level, difference.degrees)
     # The ratios q with b q^2 - 2 p q + a <= 0.
     a, b = top.value**2 - (t * top.error) ** 2, below**2 - (t * bottom.error) ** 2
     p = top.value * below

@@ -7,10 +7,11 @@ about thirty seeds (a nominal 95 % interval of a mean relMSE covers 79 % at four
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
+from scipy import special, stats
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +52,27 @@ def standard_error(values: ArrayLike) -> float:
     return float(np.std(vector, ddof=1) / np.sqrt(vector.size))
 
 
+def student_quantile(p: float, degrees: float) -> float:
+    """Quantile of Student's t at 0 < p < 1.
+
+    The number of scipy.stats.t.ppf without its checks of shapes, which take 150 microseconds, forty
+    times as long as the rest: a report asks for some ten thousand.
+    """
+    return float(special.stdtrit(degrees, p))
+
+
+def student_tail(t: float, degrees: float) -> float:
+    """Chance that Student's t exceeds a value: scipy.stats.t.sf, as `student_quantile`."""
+    return float(special.stdtr(degrees, -t))
+
+
 def t_interval(values: ArrayLike, level: float = 0.95) -> Interval:
     """Mean of independent values with Student's t interval (Student 1908)."""
     vector = as_vector(values)
     mean = float(np.mean(vector))
     if vector.size < 2:
         return Interval(mean, float("nan"), float("nan"), vector.size)
-    half = float(stats.t.ppf(0.5 + 0.5 * level, vector.size - 1)) * standard_error(vector)
+    half = student_quantile(0.5 + 0.5 * level, vector.size - 1) * standard_error(vector)
     return Interval(mean, mean - half, mean + half, vector.size)
 
 
@@ -92,10 +107,19 @@ def log_ratio_interval(
         return Interval(float(np.exp(centre)), float("nan"), float("nan"), n)
     error_top, error_bottom = standard_error(log_top) ** 2, standard_error(log_bottom) ** 2
     degrees = welch_degrees(error_top, top.size, error_bottom, bottom.size)
-    half = float(stats.t.ppf(0.5 + 0.5 * level, degrees) * np.sqrt(error_top + error_bottom))
+    half = student_quantile(0.5 + 0.5 * level, degrees) * float(np.sqrt(error_top + error_bottom))
     return Interval(
         float(np.exp(centre)), float(np.exp(centre - half)), float(np.exp(centre + half)), n
     )
+
+
+@cache
+def _rank_of_the_median(n: int, level: float) -> int:
+    """How far from either end the order statistics lie that bound the median of n values."""
+    rank = int(stats.binom.ppf(0.5 * (1.0 - level), n, 0.5))
+    while rank > 0 and 2.0 * stats.binom.cdf(rank - 1, n, 0.5) > 1.0 - level:
+        rank -= 1
+    return max(rank, 1)
 
 
 def median_interval(values: ArrayLike, level: float = 0.95) -> Interval:
@@ -110,12 +134,9 @@ def median_interval(values: ArrayLike, level: float = 0.95) -> Interval:
     if n < 2:
         return Interval(median, float("nan"), float("nan"), n)
     if 1.0 - 2.0 * 0.5**n >= level:
-        rank = int(stats.binom.ppf(0.5 * (1.0 - level), n, 0.5))
-        while rank > 0 and 2.0 * stats.binom.cdf(rank - 1, n, 0.5) > 1.0 - level:
-            rank -= 1
-        rank = max(rank, 1)
+        rank = _rank_of_the_median(n, level)
         return Interval(median, float(vector[rank - 1]), float(vector[n - rank]), n)
     if vector[0] <= 0.0:
         return t_interval(vector, level)
-    half = float(stats.t.ppf(0.5 + 0.5 * level, n - 1)) * standard_error(np.log(vector))
+    half = student_quantile(0.5 + 0.5 * level, n - 1) * standard_error(np.log(vector))
     return Interval(median, median * float(np.exp(-half)), median * float(np.exp(half)), n)

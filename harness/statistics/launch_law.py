@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from harness.statistics.intervals import Interval
+from harness.statistics.intervals import Interval, student_quantile
 
 LEAST_POINTS = 5
 """Two parameters, a kink with two, and something left that scatters."""
@@ -135,7 +136,7 @@ def fit_launch_law(
     degrees = n.size - 2
     scatter = float(np.sqrt(residuals @ residuals / degrees))
     covariance = scatter**2 * np.linalg.inv(weighted.T @ weighted)
-    student = float(stats.t.ppf(0.5 + 0.5 * level, degrees))
+    student = student_quantile(0.5 + 0.5 * level, degrees)
     empty, slope = (float(value) for value in coefficients)
     half = student * np.sqrt(np.diag(covariance))
     return LaunchLaw(
@@ -176,6 +177,12 @@ def _scaled_ratio(
     return Interval(scale * a / b, scale * (middle - root), scale * (middle + root), points)
 
 
+@cache
+def _ways(parts: int, of: int) -> float:
+    """Ways to choose so many of a number of things."""
+    return float(stats.binom.pmf(parts, of, 0.5) * 2.0**of) if parts <= of else 0.0
+
+
 def runs_p_value(residuals: Vector) -> float:
     """Chance of so few runs of one sign or fewer, given how many there are of each.
 
@@ -188,18 +195,15 @@ def runs_p_value(residuals: Vector) -> float:
     if above == 0 or below == 0:
         return 1.0
 
-    def ways(parts: int, of: int) -> float:
-        return float(stats.binom.pmf(parts, of, 0.5) * 2.0**of) if parts <= of else 0.0
-
     total = 0.0
     for count in range(2, runs + 1):
         k = count // 2
         if count % 2 == 0:
-            total += 2.0 * ways(k - 1, above - 1) * ways(k - 1, below - 1)
+            total += 2.0 * _ways(k - 1, above - 1) * _ways(k - 1, below - 1)
         else:
-            total += ways(k, above - 1) * ways(k - 1, below - 1)
-            total += ways(k - 1, above - 1) * ways(k, below - 1)
-    return min(1.0, total / ways(above, above + below))
+            total += _ways(k, above - 1) * _ways(k - 1, below - 1)
+            total += _ways(k - 1, above - 1) * _ways(k, below - 1)
+    return min(1.0, total / _ways(above, above + below))
 
 
 def _best_kink(n: Vector, t: Vector, scale: Vector) -> Kink:

@@ -51,8 +51,11 @@ def test_a_queue_at_any_limit_ends_and_stays_below_it(tree: tuple[int, int], lif
     need = testing.lifo_need(*tree)
     for _ in range(40):
         capacity = need + int(spawn.expovariate(0.3 / need))
-        packet = 1 + int(spawn.expovariate(2 / capacity))
-        drain(tree, capacity, min(packet, capacity), spawn.randrange(1, 60), lifo, spawn)
+        packet = min(1 + int(spawn.expovariate(2 / capacity)), capacity)
+        samples = spawn.randrange(1, 60)
+        peak = drain(tree, capacity, packet, samples, lifo, spawn)
+        told = f"{samples} samples of {tree} in packets of {packet}"
+        assert 0 <= peak <= capacity, f"{told}: {peak} rays in room for {capacity}"
 
 
 @pytest.mark.parametrize("tree", [(3, 2), (4, 3), (6, 2)], ids=str)

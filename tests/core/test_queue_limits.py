@@ -17,7 +17,12 @@ import haste_cuda
 from harness.scene import load_scene, load_settings
 from harness.tracers.haste import to_core, to_core_settings
 
-SCENES = sorted(path.parent for path in Path(__file__).parents[2].glob("scenes/*/scene.xml"))
+SCENES = sorted(
+    path.parent
+    for path in Path(__file__).parents[2].glob("scenes/*/scene.xml")
+    # A queue does not know how many triangles there are: smaller ones stand for these.
+    if path.parent.name not in ("bumpy-262k", "bumpy-4m", "menger-4")
+)
 SIZE = 24
 MODELS = ["path", "haste", "whitted"]
 HOST_QUEUES = [("packets", "fifo"), ("packets", "lifo"), ("layers", "fifo")]

@@ -139,35 +139,41 @@ def skull_truth(skull_case: Case) -> Truth:
     return skull_case.truth()
 
 
-def check_closest(case: Case, truth: Truth, answer: dict[str, object]) -> None:
+def error_of_closest(case: Case, truth: Truth, answer: dict[str, object]) -> str:
+    """In what an answer differs from double precision beyond rounding; empty if in nothing."""
     primitive = np.asarray(answer["primitive"]).astype(np.int64)
     primitive[primitive == NONE] = -1
     clear = truth.clear
-    assert clear.mean() > 0.99, f"only {clear.mean():.2%} of the rays can be judged"
+    if clear.mean() <= 0.99:
+        return f"only {clear.mean():.2%} of the rays can be judged"
     wrong = np.flatnonzero(clear & (primitive != truth.primitive))
-    assert not wrong.size, (
-        f"{wrong.size} rays, the first {wrong[0]}: origin {case.origins[wrong[0]]}, direction "
-        f"{case.towards[wrong[0]]}: {primitive[wrong[0]]}, not {truth.primitive[wrong[0]]}"
-    )
+    if wrong.size:
+        return (
+            f"{wrong.size} rays, the first {wrong[0]}: origin {case.origins[wrong[0]]}, direction "
+            f"{case.towards[wrong[0]]}: {primitive[wrong[0]]}, not {truth.primitive[wrong[0]]}"
+        )
     hit = clear & (primitive >= 0)
     t = np.asarray(answer["t"], np.float64)
-    assert (np.isfinite(t) == (primitive >= 0)).all()
+    if (np.isfinite(t) != (primitive >= 0)).any():
+        return f"rays {np.flatnonzero(np.isfinite(t) != (primitive >= 0))}: t without primitive"
     error = np.abs(t[hit] - truth.t[hit]) / truth.bound[hit]
-    assert error.max() <= 1.0, f"t is off by {error.max():.3g} of what rounding allows"
+    return "" if error.max() <= 1.0 else f"t is off by {error.max():.3g} of what rounding allows"
 
 
 @pytest.mark.parametrize("intersector", INTERSECTORS)
 def test_closest_hits_of_a_star_are_those_of_double_precision(
     star_case: Case, star_truth: Truth, intersector: str
 ) -> None:
-    check_closest(star_case, star_truth, star_case.trace(intersector=intersector))
+    error = error_of_closest(star_case, star_truth, star_case.trace(intersector=intersector))
+    assert not error, f"{intersector}: {error}"
 
 
 @pytest.mark.parametrize("intersector", INTERSECTORS)
 def test_closest_hits_of_the_skull_are_those_of_double_precision(
     skull_case: Case, skull_truth: Truth, intersector: str
 ) -> None:
-    check_closest(skull_case, skull_truth, skull_case.trace(intersector=intersector))
+    error = error_of_closest(skull_case, skull_truth, skull_case.trace(intersector=intersector))
+    assert not error, f"{intersector}: {error}"
 
 
 def test_a_missing_triangle_is_seen_by_the_comparison(star_case: Case, star_truth: Truth) -> None:
@@ -175,8 +181,8 @@ def test_a_missing_triangle_is_seen_by_the_comparison(star_case: Case, star_trut
     vertices, triangles = star(12)
     often = np.bincount(star_truth.primitive[star_truth.primitive >= 0]).argmax()
     broken = replace(star_case, scene=mesh_scene(vertices, np.delete(triangles, often, axis=0)))
-    with pytest.raises(AssertionError, match="rays, the first"):
-        check_closest(broken, star_truth, broken.trace())
+    error = error_of_closest(broken, star_truth, broken.trace())
+    assert "rays, the first" in error, error
 
 
 @pytest.mark.parametrize("intersector", INTERSECTORS)

@@ -6,6 +6,7 @@ is compiled must then be the same cubin, byte for byte. No GPU is needed.
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shutil
 from collections.abc import Iterator
@@ -23,7 +24,12 @@ from haste_cuda import _core
 
 ROOT = Path(__file__).parents[2]
 HEADERS = ROOT / "haste_cuda"
-SCENES = sorted(path.parent for path in ROOT.glob("scenes/**/scene.xml"))
+SCENES = sorted(
+    path.parent
+    for path in ROOT.glob("scenes/**/scene.xml")
+    # bumpy-16k with more triangles, and the same kernel.
+    if path.parent.name not in ("bumpy-262k", "bumpy-4m")
+)
 EVERY_ENGINE_ON = "three-spheres"
 NAMES = _core.feature_names()
 STOP = '#error "a feature that the scene lacks"\n'
@@ -54,16 +60,26 @@ class Program:
         return f"{self.kernel}-{self.model}-{self.traversal}-{names}-{self.stack}"
 
 
-def program_of(
-    scene: Path, model: str, kernel: str = "depth_first", traversal: str = "bvh2"
-) -> Program:
-    """A kernel of a scene in a model."""
-    settings = load_settings(scene)
-    core_scene = to_core(load_scene(scene, width=16, height=16, recentre=settings.recentre), 2)
-    values = to_core_settings(settings.render(model, 16, 16))
-    features = _core.required_features(core_scene, model, values)
-    stack = _core.stack_capacity(model, values, features)
-    return Program(kernel, model, features, stack, traversal)
+@dataclass(frozen=True)
+class Use:
+    """A kernel that a render of a scene asks for, named without loading the scene."""
+
+    scene: Path
+    model: str
+    kernel: str = "depth_first"
+    traversal: str = "bvh2"
+
+    def program(self) -> Program:
+        settings = load_settings(self.scene)
+        scene = load_scene(self.scene, width=16, height=16, recentre=settings.recentre)
+        core_scene = to_core(scene, 2)
+        values = to_core_settings(settings.render(self.model, 16, 16))
+        features = _core.required_features(core_scene, self.model, values)
+        stack = _core.stack_capacity(self.model, values, features)
+        return Program(self.kernel, self.model, features, stack, self.traversal)
+
+    def __str__(self) -> str:
+        return f"{self.scene.name}-{self.kernel}-{self.model}-{self.traversal}"
 
 
 def model_of(scene: Path) -> str:
@@ -123,11 +139,21 @@ def with_and_without(tree: Path, program: Program) -> tuple[bytes, bytes]:
             shutil.copy2(HEADERS / header, tree / header)
 
 
+ENGINES = [
+    Use(ROOT / "scenes" / EVERY_ENGINE_ON, model, kernel, traversal)
+    for kernel in _core.kernel_names()
+    for model in ("haste", "whitted")
+    for traversal in ["bvh2" if kernel in WITH_A_STACK else "bvh8"]
+    if model == "haste" or kernel == "depth_first"
+]
+BY_SCENE = [Use(scene, model_of(scene)) for scene in SCENES]
+
+Compiled = dict[Use, tuple[Program, Future[tuple[bytes, bytes]]]]
+
+
 @pytest.fixture(scope="module")
-def compiled(
-    core: ModuleType, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[dict[Program, Future[tuple[bytes, bytes]]]]:
-    """Both cubins of every program, all under way from the start."""
+def compiled(core: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Compiled]:
+    """Both cubins of every use's program, all under way from the start."""
     reason = core.nvrtc_unavailable()
     if reason is not None:
         pytest.skip(reason)
@@ -146,38 +172,35 @@ def compiled(
             trees.put(tree)
 
     with ThreadPoolExecutor(WORKERS) as pool:
-        yield {program: pool.submit(run, program) for program in PROGRAMS}
+        futures: dict[Program, Future[tuple[bytes, bytes]]] = {}
+        found: Compiled = {}
+        for use in [*ENGINES, *BY_SCENE]:
+            program = use.program()
+            if program not in futures:
+                futures[program] = pool.submit(run, program)
+            found[use] = program, futures[program]
+        yield found
         pool.shutdown(cancel_futures=True)
 
 
-ENGINES = [
-    program_of(ROOT / "scenes" / EVERY_ENGINE_ON, model, kernel, traversal)
-    for kernel in _core.kernel_names()
-    for model in ("haste", "whitted")
-    for traversal in ["bvh2" if kernel in WITH_A_STACK else "bvh8"]
-    if model == "haste" or kernel == "depth_first"
-]
-BY_SCENE = {scene: program_of(scene, model_of(scene)) for scene in SCENES}
-PROGRAMS = list(dict.fromkeys([*ENGINES, *BY_SCENE.values()]))
+def hashes(cubins: Future[tuple[bytes, bytes]]) -> list[str]:
+    return [hashlib.sha256(cubin).hexdigest() for cubin in cubins.result()]
 
 
-def check(program: Program, compiled: dict[Program, Future[tuple[bytes, bytes]]]) -> None:
-    whole, without = compiled[program].result()
+@pytest.mark.parametrize("use", BY_SCENE, ids=str)
+def test_the_kernel_of_a_scene_is_the_same_without_the_headers_of_what_it_lacks(
+    compiled: Compiled, use: Use
+):
+    program, cubins = compiled[use]
+    whole, without = hashes(cubins)
     assert whole == without, f"{program}: without {sorted(absent_headers(program))}"
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.name)
-def test_the_kernel_of_a_scene_is_the_same_without_the_headers_of_what_it_lacks(
-    compiled: dict[Program, Future[tuple[bytes, bytes]]], scene: Path
-):
-    check(BY_SCENE[scene], compiled)
-
-
-@pytest.mark.parametrize("program", ENGINES, ids=str)
-def test_so_are_those_of_every_engine(
-    compiled: dict[Program, Future[tuple[bytes, bytes]]], program: Program
-):
-    check(program, compiled)
+@pytest.mark.parametrize("use", ENGINES, ids=str)
+def test_so_are_those_of_every_engine(compiled: Compiled, use: Use):
+    program, cubins = compiled[use]
+    whole, without = hashes(cubins)
+    assert whole == without, f"{program}: without {sorted(absent_headers(program))}"
 
 
 def test_every_feature_has_a_header_and_every_header_a_feature():

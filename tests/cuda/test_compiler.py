@@ -3,6 +3,7 @@
 from types import ModuleType
 
 import pytest
+from faults import faults
 
 ARCHITECTURES = (75, 80, 90, 100)
 
@@ -63,6 +64,17 @@ def test_spills_are_seen(compiler: ModuleType):
     crowd = result["kernels"]["crowd"]
     assert crowd["spill_store_bytes"] > 0, result["log"]
     assert crowd["spill_load_bytes"] > 0, result["log"]
+    assert len(faults(result, kernel="crowd")) == 2, faults(result, kernel="crowd")
+
+
+def test_registers_and_warnings_are_faults(compiler: ModuleType):
+    """Negative control of the same claims: an unused variable, and more blocks than fit."""
+    unused = COPY.replace(") {", ") { int unused;")
+    result = compiler.compile_source(unused, 90, use_cache=False)
+    assert any("unused" in line for line in faults(result, kernel="copy")), result["log"]
+    plain = compiler.compile_source(COPY, 90, use_cache=False)
+    assert not faults(plain, kernel="copy", blocks=1), plain["log"]
+    assert faults(plain, kernel="copy", blocks=1000), plain["kernels"]
 
 
 def test_a_syntax_error_shows_the_compilers_log(compiler: ModuleType):

@@ -7,17 +7,24 @@ makes a second run short.
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from faults import faults
 
 from harness.scene import load_scene, load_settings
 from harness.tracers.haste import to_core, to_core_settings
 from haste_cuda import _core
 
-SCENES = sorted(path.parent for path in Path(__file__).parents[2].glob("scenes/*/scene.xml"))
+SCENES = sorted(
+    path.parent
+    for path in Path(__file__).parents[2].glob("scenes/*/scene.xml")
+    # bumpy-16k with more triangles, and the same kernels.
+    if path.parent.name not in ("bumpy-262k", "bumpy-4m")
+)
 ARCHITECTURES = (75, 80, 90, 100)
 MODELS = ("haste", "whitted", "path")
 ALL_FEATURES = (1 << len(_core.feature_names())) - 1
@@ -60,13 +67,17 @@ FULL = [
 COUNTING = [Case(model, ALL_FEATURES, 1 if model == "path" else 16, 90, True) for model in MODELS]
 
 
-def scene_case(scene: Path, model: str) -> Case:
-    """The kernel that a render of the scene asks for."""
+@cache
+def scene_cases(scene: Path) -> dict[str, Case]:
+    """The kernels that renders of the scene ask for, by model."""
     settings = load_settings(scene)
-    values = to_core_settings(settings.render(model, 16, 16))
     core_scene = to_core(load_scene(scene, width=16, height=16), 2)
-    features = _core.required_features(core_scene, model, values)
-    return Case(model, features, _core.stack_capacity(model, values, features))
+    found = {}
+    for model in settings.models:
+        values = to_core_settings(settings.render(model, 16, 16))
+        features = _core.required_features(core_scene, model, values)
+        found[model] = Case(model, features, _core.stack_capacity(model, values, features))
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -78,45 +89,39 @@ def kernels(core: ModuleType) -> Iterator[dict[Case, Future[dict[str, Any]]]]:
     with ThreadPoolExecutor(WORKERS) as pool:
         futures = {case: pool.submit(case.compile, core) for case in FULL + COUNTING}
         for scene in SCENES:
-            for model in load_settings(scene).models:
-                case = scene_case(scene, model)
+            for case in scene_cases(scene).values():
                 if case not in futures:
                     futures[case] = pool.submit(case.compile, core)
         yield futures
         pool.shutdown(cancel_futures=True)
 
 
-def check_kernel(case: Case, result: dict[str, Any]) -> None:
-    """A kernel without spills that a block of 256 threads can use, compiled without warnings."""
-    kernel = result["kernels"]["haste_kernel"]
-    assert kernel["spill_store_bytes"] == 0, f"{case}\n{result['log']}"
-    assert kernel["spill_load_bytes"] == 0, f"{case}\n{result['log']}"
-    assert 256 * kernel["registers"] <= 65536, f"{case}\n{result['log']}"
-    warnings = [line for line in result["log"].splitlines() if not line.startswith("ptxas")]
-    assert not warnings, f"{case}\n" + "\n".join(warnings)
-
-
 @pytest.mark.parametrize("case", FULL, ids=str)
 def test_a_kernel_with_all_features_spills_nothing(
     kernels: dict[Case, Future[dict[str, Any]]], case: Case
 ):
-    check_kernel(case, kernels[case].result())
+    result = kernels[case].result()
+    found = faults(result, blocks=1)
+    assert not found, f"{case}: {found}\n{result['log']}"
 
 
 @pytest.mark.parametrize("case", COUNTING, ids=str)
 def test_a_kernel_that_counts_rays_spills_nothing(
     kernels: dict[Case, Future[dict[str, Any]]], case: Case
 ):
-    check_kernel(case, kernels[case].result())
+    result = kernels[case].result()
+    found = faults(result, blocks=1)
+    assert not found, f"{case}: {found}\n{result['log']}"
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.name)
 def test_the_kernels_of_a_scene_spill_nothing(
     kernels: dict[Case, Future[dict[str, Any]]], scene: Path
 ):
-    for model in load_settings(scene).models:
-        case = scene_case(scene, model)
-        check_kernel(case, kernels[case].result())
+    for case in scene_cases(scene).values():
+        result = kernels[case].result()
+        found = faults(result, blocks=1)
+        assert not found, f"{scene.name}, {case}: {found}\n{result['log']}"
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -126,7 +131,7 @@ def test_features_that_a_scene_lacks_cost_no_code(
     """The point of compiling for a scene's features: the box needs a fraction of the program."""
     box = next(scene for scene in SCENES if scene.name == "cornell-box")
     full = next(case for case in FULL if case.model == model and case.architecture == 90)
-    sizes = [len(kernels[case].result()["cubin"]) for case in (scene_case(box, model), full)]
+    sizes = [len(kernels[case].result()["cubin"]) for case in (scene_cases(box)[model], full)]
     assert sizes[0] < 0.9 * sizes[1], f"{model}: {sizes} bytes"
 
 

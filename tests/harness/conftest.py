@@ -12,6 +12,9 @@ import pytest
 from fabricated_study import fabricate_study
 from numpy.typing import NDArray
 
+from harness.report.write import write_report
+from harness.tables import write_tables
+
 SPEED = {"haste-cpu": 4e5, "embree": 6e5, "mitsuba-llvm": 5e5, "haste-cuda": 2e7}
 TITLES = {"cornell-box": "Cornell box", "mirror-glass": "Mirror and glass"}
 NO_GPU = "no NVIDIA driver: libcuda.so.1 cannot be opened"
@@ -309,8 +312,21 @@ def fabricated_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def written_results(fabricated_results: Path) -> Path:
+    """The same with its tables."""
+    write_tables(fabricated_results)
+    return fabricated_results
+
+
+@pytest.fixture(scope="session")
+def written_report(written_results: Path) -> Path:
+    """The page of the same, beside its figures and tables."""
+    return write_report(written_results)
+
+
+@pytest.fixture(scope="session")
 def studied_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same with a study of packets, for reading only."""
+    """A small results folder with a study of packets, for reading only."""
     folder = fabricate(
         tmp_path_factory.mktemp("studied"), scenes=("mirror-glass",), models=("haste",), size=16
     )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from planted_page import FAILURES, TILE_AT
 from playwright.sync_api import Page
+from playwright.sync_api import TimeoutError as PageTimeoutError
 
 from harness.statistics.tiles import TILE
 
@@ -58,6 +59,11 @@ CONTRAST = """() => {
     if (ratio < (large ? 3 : 4.5)) poor.push(`${ratio.toFixed(2)} ${text}`);
   }
   return poor;
+}"""
+PLACE = """(name) => {
+  const { top } = document.querySelector(name).getBoundingClientRect();
+  const end = scrollY + innerHeight >= document.documentElement.scrollHeight - 2;
+  return { top, end, reached: end || (top > -1 && top < 200) };
 }"""
 SPILT = """(width) => [...document.querySelectorAll('body *')].filter((e) => {
   if (e.closest('.unseen, .skip, .viewer-status, .viewer-stage, dialog')) return false;
@@ -136,15 +142,16 @@ def test_a_link_to_a_section_leads_to_its_top(page_file: Path, open_page: Callab
     page = open_page(page_file).page
     wait_until_ready(page)
     page.emulate_media(reduced_motion="reduce")
-    for link in page.query_selector_all("nav a"):
+    links = page.query_selector_all("nav a")
+    missed = {}
+    for link in links:
         link.click()
         name = link.get_attribute("href")
-        page.wait_for_function(
-            "(name) => { const { top } = document.querySelector(name).getBoundingClientRect();"
-            " const end = scrollY + innerHeight >= document.documentElement.scrollHeight - 2;"
-            " return end || (top > -1 && top < 200); }",
-            arg=name,
-        )
+        try:
+            page.wait_for_function(f"name => ({PLACE})(name).reached", arg=name)
+        except PageTimeoutError:
+            missed[name] = page.evaluate(PLACE, name)
+    assert links and not missed, f"of {len(links)} links these lead elsewhere: {missed}"
 
 
 @pytest.mark.parametrize("dark", [False, True])

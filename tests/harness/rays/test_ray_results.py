@@ -204,9 +204,8 @@ def test_the_table_of_ratios_has_geometric_means_over_scenes(results: Path):
     assert geometric_mean([1.0, 4.0]) == pytest.approx(2.0)
 
 
-def test_a_run_without_rays_has_no_section_of_them(fabricated_results: Path):
-    write_tables(fabricated_results)
-    assert '<section id="rays">' not in write_report(fabricated_results).read_text()
+def test_a_run_without_rays_has_no_section_of_them(written_report: Path):
+    assert '<section id="rays">' not in written_report.read_text()
 
 
 def test_a_class_without_a_record_is_an_error_that_names_the_file(results: Path):

@@ -92,3 +92,13 @@ def test_a_single_value_has_no_interval():
 def test_a_time_of_zero_is_refused():
     with pytest.raises(ValueError, match="must be positive"):
         timing.throughput(1.0, [1.0, 0.0])
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.3, 1, 2, 3, 7.5, 31, 1e3, 1e9, np.inf, np.nan])
+def test_quantiles_and_tails_of_student_are_scipys_bit_for_bit(degrees: float):
+    for p in (1e-9, 0.025, 0.5, 0.95, 0.975, 0.99999):
+        own, theirs = intervals.student_quantile(p, degrees), stats.t.ppf(p, degrees)
+        assert np.array_equal(own, theirs, equal_nan=True), (p, degrees, own, theirs)
+    for t in (-np.inf, -3.0, 0.0, 0.1, 2.0, 40.0, np.inf, np.nan):
+        own, theirs = intervals.student_tail(t, degrees), stats.t.sf(t, degrees)
+        assert np.array_equal(own, theirs, equal_nan=True), (t, degrees, own, theirs)

@@ -164,10 +164,9 @@ def test_the_plane_has_a_panel_for_tracers_models_and_knobs(
     assert len(limits) == 1 and limits != {0.0}, "the scene's own limit counts for every tracer"
 
 
-def test_without_a_sweep_there_are_planes_of_tracers_and_models(fabricated_results: Path):
-    write_tables(fabricated_results)
-    found = read_measurements(fabricated_results / "measurements.csv")
-    for job in read_jobs(fabricated_results):
+def test_without_a_sweep_there_are_planes_of_tracers_and_models(written_results: Path):
+    found = read_measurements(written_results / "measurements.csv")
+    for job in read_jobs(written_results):
         figure = plot_trade(found, job)
         assert figure is not None
         assert len([axes for axes in figure.axes if axes.get_title(loc="left")]) == 2

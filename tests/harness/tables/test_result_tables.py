@@ -21,20 +21,14 @@ SUBJECT = Subject("run", "scene", "embree", "path", "depth_first", "robust")
 
 
 @pytest.fixture(scope="module")
-def written(fabricated_results: Path) -> Path:
-    write_tables(fabricated_results)
-    return fabricated_results
+def measurements(written_results: Path) -> Measurements:
+    return read_measurements(written_results / "measurements.csv")
 
 
-@pytest.fixture(scope="module")
-def measurements(written: Path) -> Measurements:
-    return read_measurements(written / "measurements.csv")
-
-
-def test_both_tables_have_exactly_the_columns_of_their_schemas(written: Path):
+def test_both_tables_have_exactly_the_columns_of_their_schemas(written_results: Path):
     frames = {
-        "samples": pd.read_parquet(written / "samples.parquet"),
-        "measurements": pd.read_csv(written / "measurements.csv", keep_default_na=False),
+        "samples": pd.read_parquet(written_results / "samples.parquet"),
+        "measurements": pd.read_csv(written_results / "measurements.csv", keep_default_na=False),
     }
     for name, frame in frames.items():
         assert list(frame.columns) == list(load_list(name)), name
@@ -42,15 +36,15 @@ def test_both_tables_have_exactly_the_columns_of_their_schemas(written: Path):
         assert set(frame["status"]) <= {"ok", "skipped", "failed"}, name
 
 
-def test_no_measurement_occurs_twice(written: Path):
-    frame = pd.read_csv(written / "measurements.csv", keep_default_na=False)
+def test_no_measurement_occurs_twice(written_results: Path):
+    frame = pd.read_csv(written_results / "measurements.csv", keep_default_na=False)
     keys = ["run", "scene", "tracer", "model", "engine", "precision", "case", "quantity"]
     repeated = frame[frame.duplicated(keys, keep=False)]
     assert repeated.empty, repeated
 
 
-def test_a_skipped_tracer_is_a_row_with_its_reason(written: Path):
-    frame = pd.read_csv(written / "measurements.csv")
+def test_a_skipped_tracer_is_a_row_with_its_reason(written_results: Path):
+    frame = pd.read_csv(written_results / "measurements.csv")
     rows = frame[(frame.tracer == "haste-cuda") & (frame.model == "whitted")]
     assert list(rows.status) == ["skipped", "skipped"]
     assert set(rows.note) == {"no NVIDIA driver: libcuda.so.1 cannot be opened"}
@@ -140,19 +134,19 @@ def test_time_to_unit_variance_is_variance_times_seconds(measurements: Measureme
     assert ttuv.value == pytest.approx(variance.value * seconds.value, rel=0.03)
 
 
-def test_the_provenance_is_shared_where_scenes_agree(written: Path):
-    provenance = json.loads((written / "provenance.json").read_text())
+def test_the_provenance_is_shared_where_scenes_agree(written_results: Path):
+    provenance = json.loads((written_results / "provenance.json").read_text())
     assert provenance["run"] == "fabricated"
     assert provenance["machine"]["cores"] == 2
     assert set(provenance["scenes"]) == {"cornell-box", "mirror-glass"}
     assert provenance["scenes"]["cornell-box"]["scene"]["name"] == "cornell-box"
 
 
-def test_writing_twice_gives_the_same_bytes(written: Path):
+def test_writing_twice_gives_the_same_bytes(written_results: Path):
     names = ("measurements.csv", "provenance.json")
-    before = [(written / name).read_bytes() for name in names]
-    write_tables(written)
-    assert [(written / name).read_bytes() for name in names] == before
+    before = [(written_results / name).read_bytes() for name in names]
+    write_tables(written_results)
+    assert [(written_results / name).read_bytes() for name in names] == before
 
 
 def test_an_unknown_quantity_is_refused():

@@ -12,21 +12,15 @@ import pytest
 
 from harness.report.budget_table import Way, as_good, budget_table, crossover_table, ways
 from harness.statistics.intervals import Interval
-from harness.tables import read_jobs, write_tables
+from harness.tables import read_jobs
 from harness.tables.lookup import Measurements, read_measurements
 
 RAW, SCALED = "exposure=raw;truth=path", "exposure=scaled;truth=path"
 
 
 @pytest.fixture(scope="module")
-def written(fabricated_results: Path) -> Path:
-    write_tables(fabricated_results)
-    return fabricated_results
-
-
-@pytest.fixture(scope="module")
-def measurements(written: Path) -> Measurements:
-    return read_measurements(written / "measurements.csv")
+def measurements(written_results: Path) -> Measurements:
+    return read_measurements(written_results / "measurements.csv")
 
 
 Find = Callable[..., Interval]
@@ -109,9 +103,9 @@ def test_quantiles_and_effective_pixels_lie_where_they_must(find: Find):
 
 
 def test_the_budget_names_the_cheaper_shortcut_and_the_file_ranks_all(
-    written: Path, measurements: Measurements
+    written_results: Path, measurements: Measurements
 ):
-    table = budget_table(measurements, read_jobs(written))
+    table = budget_table(measurements, read_jobs(written_results))
     assert table is not None
     assert len(table.columns) == 1 + 4 + 3
     frame = table.frame
@@ -124,9 +118,9 @@ def test_the_budget_names_the_cheaper_shortcut_and_the_file_ranks_all(
 
 
 def test_the_crossover_table_has_a_row_for_every_shortcut(
-    written: Path, measurements: Measurements
+    written_results: Path, measurements: Measurements
 ):
-    table = crossover_table(measurements, read_jobs(written))
+    table = crossover_table(measurements, read_jobs(written_results))
     assert table is not None
     (_, rows), *_ = table.groups
     # Two tracers, two models, two exposures.

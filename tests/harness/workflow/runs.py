@@ -75,6 +75,15 @@ COPIES = ("harness", "haste_cuda", "reference")
 LINKS = ("Snakefile", "bench", "config", "profiles", "scenes", ".venv")
 STAMPS = frozenset({"started", "ended", "host", "processor_seconds", "renders"})
 """What tells when and where rather than what; `renders` counts those of the last attempt."""
+CLOCKED = frozenset(
+    {
+        *("speed_ratio", "speed_up", "paired_speed", "feature_price", "relmse_at"),
+        *("determinism_price", "reallocation_price", "overlap", "n_half", "joules", "peak_bytes"),
+        *("law_scatter", "law_runs_p_value", "law_kink_p_value", "law_kink_rays"),
+        "law_kink_ratio",
+    }
+)
+"""Quantities that a clock or a meter has a part in though no second stands in their unit."""
 
 
 @dataclass(frozen=True)
@@ -226,20 +235,24 @@ def rows(results: Path, truth_of: Path, folder: Path, tracers: Sequence[str]) ->
     for scene in (folder / "scenes").iterdir():
         shutil.copytree(truth_of / "scenes" / scene.name / "truth", scene / "truth")
     write_tables(folder)
-    quantities = load_list("quantities")
-    timed = {name for name, entry in quantities.items() if _has_seconds(entry["unit"])}
-    timed |= {"speed_ratio", "speed_up", "efficiency", "relmse_at"}
     tables = [
         pd.read_parquet(folder / "samples.parquet"),
         pd.read_csv(folder / "measurements.csv", keep_default_na=False, dtype=str),
     ]
     kept = [
-        table[table.tracer.isin([*tracers, "truth"]) & ~table.quantity.isin(timed)].astype(str)
+        without_timings(table[table.tracer.isin([*tracers, "truth"])]).astype(str)
         for table in tables
     ]
     joined = pd.concat(kept, ignore_index=True)
     return joined.sort_values(list(joined.columns), ignore_index=True)
 
 
-def _has_seconds(unit: str) -> bool:
-    return "s" in unit.replace("/", " ").split()
+def is_timed(quantity: str) -> bool:
+    """Whether a quantity of the closed list differs from run to run because a clock does."""
+    unit = load_list("quantities")[quantity]["unit"]
+    return quantity in CLOCKED or "s" in unit.replace("/", " ").split()
+
+
+def without_timings(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a table whose quantity no clock has a part in."""
+    return table[~table.quantity.map(is_timed).astype(bool)]

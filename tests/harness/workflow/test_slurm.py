@@ -14,18 +14,18 @@ import pytest
 from runs import SCENES, Run, compare_mitsuba, make_run, records, rows, tracers_images
 from slurm_node import missing_programs, slurm_node
 
-PATIENCE = 400.0
-"""Seconds after which a run that should take one minute or two hangs."""
+PATIENCE = 900.0
+"""Seconds after which a run hangs that takes two minutes, or five beside other work."""
 
 
 def run_on_slurm(run: Run, environment: dict[str, str]) -> None:
     """Make a run's tables as SLURM's jobs.
 
-    A first look at a job that is not done is followed by others ten seconds later each time: so it
-    comes when a small job has most likely ended.
+    The first look at waiting jobs comes soon; each that finds none ended is followed by one that is
+    ten seconds later: the second comes when a small job has most likely ended.
     """
     tables = [str(run.results / name) for name in ("samples.parquet", "measurements.csv")]
-    options = "--profile profiles/slurm --slurm-init-seconds-before-status-checks 10"
+    options = "--profile profiles/slurm --slurm-init-seconds-before-status-checks 3"
     small = ["--default-resources", "mem_mb=500", "runtime=10"]
     process = run.start(
         *(*tables, *options.split(), *small), program="snakemake", environment=environment
