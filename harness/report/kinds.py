@@ -28,6 +28,8 @@ PUBLISHED_FIGURES = (
     "published-planes",
     "published-trade",
     "published-packets",
+    "published-rays",
+    "published-features",
 )
 """Files of docs/images, without their ending; harness/report/published.py says what each shows."""
 

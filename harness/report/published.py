@@ -10,8 +10,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from harness.measure.config import ROOT, find_scene
+from harness.report.features import find_prices, plot_prices
 from harness.report.figures import MOST_PANELS, converging_panels, plot_packets, plot_plane
 from harness.report.kinds import PUBLISHED_FIGURES
+from harness.report.rays import find_ray_rows
+from harness.report.rays_figures import plot_ray_ratios
 from harness.report.speed_figure import plot_speed
 from harness.report.style import save_svg
 from harness.report.trade_figure import plot_trade
@@ -24,6 +27,7 @@ from harness.tables.trade import EXACT
 
 PUBLISHED = ROOT / "results" / "published"
 FOLDER = ROOT / "docs" / "images"
+OPTIX = "mitsuba-cuda"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,20 @@ def turned_scenes(measurements: Measurements) -> list[str]:
     )
 
 
+def traced_scenes(measurements: Measurements) -> list[str]:
+    """Scenes whose rays both ours and OptiX have traced."""
+    rows = [row for row in find_ray_rows(measurements) if row.tracer == "haste-cuda"]
+    compared = [row.scene for row in rows if any(other == OPTIX for other, _ in row.ratios)]
+    return list(dict.fromkeys(compared))
+
+
+def priced_scenes(measurements: Measurements) -> list[str]:
+    """Scenes whose features were priced in time."""
+    return list(
+        dict.fromkeys(row.scene for row in measurements.rows if row.quantity == "feature_price")
+    )
+
+
 def _speed(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
     return plot_speed(measurements, scenes)
 
@@ -79,6 +97,16 @@ def _trade(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
     return plot_trade(measurements, subject)
 
 
+def _rays(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
+    del scenes
+    return plot_ray_ratios(find_ray_rows(measurements), OPTIX)
+
+
+def _features(measurements: Measurements, scenes: Sequence[str]) -> Figure | None:
+    del scenes
+    return plot_prices(find_prices(measurements), EXACT)
+
+
 Scenes = Callable[[Measurements], list[str]]
 Plot = Callable[[Measurements, Sequence[str]], Figure | None]
 SPECIFIED: tuple[tuple[Scenes, Plot], ...] = (
@@ -86,6 +114,8 @@ SPECIFIED: tuple[tuple[Scenes, Plot], ...] = (
     (converging_scenes, _planes),
     (turned_scenes, _trade),
     (swept_scenes, _packets),
+    (traced_scenes, _rays),
+    (priced_scenes, _features),
 )
 """What each of PUBLISHED_FIGURES is about, and how it is drawn."""
 
