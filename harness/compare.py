@@ -19,6 +19,7 @@ from harness.statistics.intervals import Interval, student_quantile
 from harness.statistics.multiple import holm
 from harness.tables.lookup import Measurement, Measurements, find_measurements, read_measurements
 from harness.tables.read import ResultsError
+from harness.tables.schema import parse_case
 from harness.whole_files import write_whole
 
 ROUNDING = 2.0**-16
@@ -47,13 +48,17 @@ def questions(speed_margin: float) -> tuple[Question, ...]:
     def of_seeds(case: str) -> bool:
         return "seeds=" in case
 
+    def of_speed(case: str) -> bool:
+        # Of rays, both tracers that they are set against; of images Embree's alone.
+        return case == "to=embree" or "rays" in parse_case(case)
+
+    speed = math.log1p(speed_margin)
     return (
         Question("mean_luminance", "image", ROUNDING, 0, False, of_seeds),
         Question("relmse", "error", ROUNDING, 1, False, of_seeds),
         Question("relative_variance", "variance", ROUNDING, 1, False, of_seeds),
-        Question(
-            "speed_ratio", "speed", math.log1p(speed_margin), -1, True, lambda c: c == "to=embree"
-        ),
+        Question("speed_ratio", "speed", speed, -1, True, of_speed),
+        Question("feature_price", "price", speed, 1, True, lambda _: True),
     )
 
 
@@ -63,7 +68,7 @@ class Difference:
 
     title: str
     subject: str
-    """scene, model, tracer, and engine where it is not depth first"""
+    """scene, model, tracer, engine where it is not depth first, and what else tells it apart"""
     before: Interval
     after: Interval
     p: float
@@ -131,7 +136,9 @@ def _difference(question: Question, before: Measurement, after: Measurement) -> 
 
 def _subject(row: Measurement) -> str:
     engine = "" if row.engine == "depth_first" else f" {row.engine}"
-    return f"{row.scene} {row.model} {row.tracer}{engine}"
+    name = f"{row.scene} {row.model} {row.tracer}{engine}"
+    told_apart = {"rays", "features"} & parse_case(row.case).keys()
+    return f"{name} {row.precision} {row.case}" if told_apart else name
 
 
 def _defects(before: Measurement, after: Measurement) -> Difference:
@@ -158,7 +165,8 @@ def compare_runs(
     """Compare all that both runs measured alike; `alpha` is the chance of naming any noise."""
 
     def key(row: Measurement) -> tuple[str, ...]:
-        return (row.quantity, row.scene, row.model, row.tracer, row.engine, row.case)
+        subject = (row.scene, row.model, row.tracer, row.engine, row.precision)
+        return (row.quantity, *subject, row.case)
 
     asked = {question.quantity: question for question in questions(speed_margin)}
     now = {key(row): row for row in after.rows}

@@ -156,3 +156,27 @@ def test_the_error_of_a_measurement_comes_back_from_its_interval():
     assert found is not None
     assert (found.value, found.error) == pytest.approx((np.log(2.0), 0.01), rel=1e-6)
     assert log_estimate(Interval(2.0, np.nan, np.nan, 1), symmetric_log=False) is None
+
+
+def replayed(precision: str, ratio: float) -> Measurement:
+    """A ratio of rates of rays, within 1 %, of ten repeats."""
+    case = "rays=diffuse1;to=mitsuba-cuda;traversal=bvh8"
+    return Measurement(
+        *("skull", "haste-cuda", "none", "replay", precision, case),
+        *("speed_ratio", Interval(ratio, ratio / 1.01, ratio * 1.01, 10), "1", "ok", ""),
+    )
+
+
+def test_slower_rays_are_worse_in_the_precision_that_is_slower():
+    before = Measurements([replayed("watertight", 4.5), replayed("fast", 5.0)])
+    after = Measurements([replayed("watertight", 3.6), replayed("fast", 5.0)])
+    found = compare_runs(before, after, 0.01, 0.1)
+    named = [(row.title, row.kind, "watertight" in row.subject) for row in found.changed]
+    assert named == [("speed", "worse", True)], found.changed
+    assert found.compared == 2, found.compared
+
+
+def test_rays_within_the_margin_of_speed_are_no_change():
+    before, after = (Measurements([replayed("watertight", ratio)]) for ratio in (4.5, 4.2))
+    found = compare_runs(before, after, 0.01, 0.1)
+    assert not found.changed, found.changed
