@@ -419,8 +419,10 @@ def test_an_interrupt_ends_every_process(small_project: Path) -> None:
     began = small_project / "began"
     sleep = "import pathlib, time\n\ndef test_sleep():\n    pathlib.Path('{}').touch()\n"
     (small_project / "test_small.py").write_text(sleep.format(began) + "    time.sleep(600)\n")
+    # A shell has its background jobs ignore interrupts, and so would all that they start.
+    heeding = ["env", "--default-signal=INT", str(small_project / "bench")]
     process = subprocess.Popen(
-        [str(small_project / "bench"), "test", "-n2", "-p", "no:cacheprovider", "--no-setup"],
+        [*heeding, "test", "-n2", "-p", "no:cacheprovider", "--no-setup"],
         env=os.environ | {"PYTHON": sys.executable},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

@@ -95,14 +95,14 @@ def test_convergence_is_of_first_order(measurements: Measurements):
         assert slope.lower < -0.98 < slope.upper or -1.02 < slope.value < -0.98, slope
 
 
-def test_the_spectrum_of_a_tracers_images_is_a_row_at_every_frequency(written: Path):
-    frame = pd.read_csv(written / "measurements.csv")
+def test_the_spectrum_of_a_tracers_images_is_a_row_at_every_frequency(written_results: Path):
+    frame = pd.read_csv(written_results / "measurements.csv")
     frame = frame[(frame.scene == "cornell-box") & (frame.tracer == "embree")]
     powers = frame[frame.quantity == "error_power"]
     assert set(powers.model) == {"path"}
     # Rings of 32 x 32 pixels are one cycle wide and end at half a cycle a pixel.
     assert [parse_case(case)["frequency"] for case in powers.case] == [k / 32 for k in range(1, 17)]
-    (job,) = [job for job in read_jobs(written) if job.name == "cornell-box"]
+    (job,) = [job for job in read_jobs(written_results) if job.name == "cornell-box"]
     images = job.seeds("path", "embree")
     assert images is not None
     spectra = error_spectra(images.images.astype(np.float64), job.truth("path"))
