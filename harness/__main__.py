@@ -108,7 +108,8 @@ def _report(config: Config, options: argparse.Namespace) -> int:
 def _check(config: Config, options: argparse.Namespace) -> int:
     from harness.gate import check
 
-    return check(options.results or config.results_dir, config["gate"], options.baseline)
+    results, judged = options.results or config.results_dir, options.speeds == "judged"
+    return check(results, config["gate"], options.baseline, judge_speeds=judged)
 
 
 def _baseline(config: Config, options: argparse.Namespace) -> int:
@@ -282,6 +283,15 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="FOLDER",
                 default=BASELINE,
                 help="the baseline's folder (default: %(default)s)",
+            )
+        if name == "check":
+            command.add_argument(
+                "--speeds",
+                choices=("judged", "told"),
+                default="judged",
+                help="whether a tracer fails that is slower than the baseline says; where others "
+                "share the machine, as in continuous integration, it is better told only "
+                "(default: %(default)s)",
             )
         if name == "baseline":
             command.add_argument("--yes", action="store_true", help="renew without asking")

@@ -227,7 +227,11 @@ def worst_code(*codes: int) -> int:
 
 
 def compare_with_baseline(
-    jobs: list[SceneJob], settings: GateSettings, baseline: Path | None
+    jobs: list[SceneJob],
+    settings: GateSettings,
+    baseline: Path | None,
+    *,
+    judge_speeds: bool = True,
 ) -> list[Regression]:
     """Compare a run with a baseline; empty without one. Raises ResultsError for damaged files."""
     before = read_baseline(baseline) if baseline is not None else []
@@ -235,17 +239,22 @@ def compare_with_baseline(
         return []
     now = [row for job in jobs for row in snapshots_of(job, settings.tile)]
     caustic = {job.name for job in jobs if job.caustic}
-    return judge_changes(now, before, settings, caustic)
+    return judge_changes(now, before, settings, caustic, judge_speeds=judge_speeds)
 
 
 def check(
-    results_dir: Path, gate: Mapping[str, Any] | None = None, baseline: Path | None = None
+    results_dir: Path,
+    gate: Mapping[str, Any] | None = None,
+    baseline: Path | None = None,
+    *,
+    judge_speeds: bool = True,
 ) -> int:
     """Print one line a scene, model and tracer, and a summary; returns the exit code.
 
     gate: as of GateSettings; without it, the settings that the run recorded. baseline: a folder
-    that `./bench baseline` has written; without it, only the truth is asked. 0: all pass. 1: one
-    fails, or there is nothing to judge. 2: not enough samples.
+    that `./bench baseline` has written; without it, only the truth is asked. judge_speeds: False
+    tells how speeds compare with the baseline's, and fails none. 0: all pass. 1: one fails, or
+    there is nothing to judge. 2: not enough samples.
     """
     try:
         jobs = read_jobs(results_dir)
@@ -255,7 +264,7 @@ def check(
         answers = judge_answers(jobs)
         eye_rays = [row for job in jobs for row in eye_rays_of(job)]
         slopes = judge_slopes(results_dir / "measurements.csv", jobs)
-        changes = compare_with_baseline(jobs, settings, baseline)
+        changes = compare_with_baseline(jobs, settings, baseline, judge_speeds=judge_speeds)
     except ResultsError as error:
         print(f"check: {error}", file=sys.stderr)
         return 1
@@ -286,6 +295,8 @@ def check(
         print(line)
     for line in describe_changes(changes) if baseline else []:
         print(line)
+    if changes and not judge_speeds:
+        print("baseline: speeds are told only, as was asked for")
     return worst_code(
         1 if missing else exit_code(judgements),
         exit_code_of(row.verdict for row in answers),

@@ -30,8 +30,8 @@ class Regression:
 
     subject: tuple[str, str, str]
     verdict: Verdict
-    """of image and variance; a slower tracer fails on the same machine, an ambiguous time delays
-    nothing"""
+    """of image and variance; a slower tracer fails where its speed is judged, an ambiguous time
+    delays nothing"""
     bias: Equivalence | None
     """mean luminance now over before, less 1; None where nothing can be compared"""
     tile_p: float
@@ -78,13 +78,19 @@ def _incomparable(subject: tuple[str, str, str], note: str) -> Regression:
 
 
 def judge_change(
-    now: Snapshot, before: Snapshot, settings: GateSettings, bound: Bound, tile_level: float
+    now: Snapshot,
+    before: Snapshot,
+    settings: GateSettings,
+    bound: Bound,
+    tile_level: float,
+    *,
+    judge_speeds: bool = True,
 ) -> Regression:
     """Compare a snapshot with that of before.
 
     Images of equal seeds are compared pair by pair, which holds as well where they are independent.
     A tracer that is slower on another processor is told, and fails nothing: instruction sets favour
-    one tracer or the other.
+    one tracer or the other. judge_speeds: False tells it on the same processor, too.
     """
     if now.frame != before.frame:
         sizes = " and ".join(f"{one.width}×{one.height}" for one in (now, before))
@@ -105,7 +111,7 @@ def judge_change(
     speed = None if change is None else judge_speed(change, settings.speed_margin, bound.strict)
     machine = "" if now.timed_on == before.timed_on else before.timed_on
     verdicts = {bias.verdict, variance.verdict}
-    if tile_p < tile_level or (speed is Speed.SLOWER and not machine):
+    if tile_p < tile_level or (speed is Speed.SLOWER and judge_speeds and not machine):
         verdicts.add(Verdict.FAIL)
     return Regression(
         now.subject,
@@ -130,11 +136,13 @@ def judge_changes(
     before: Sequence[Snapshot],
     settings: GateSettings,
     caustic: set[str],
+    *,
+    judge_speeds: bool = True,
 ) -> list[Regression]:
     """Compare every snapshot of a run with the baseline's; what the baseline lacks is left out.
 
-    caustic: scenes with the wider bound. The levels are those of a run of which every tracer is
-    compared with the truth and with the baseline.
+    caustic: scenes with the wider bound. judge_speeds: as in `judge_change`. The levels are those
+    of a run of which every tracer is compared with the truth and with the baseline.
     """
     known = {row.subject: row for row in before}
     strict = settings.strict(TESTS * len(now))
@@ -145,7 +153,14 @@ def judge_changes(
         return Bound(delta, strict, settings.tile)
 
     return [
-        judge_change(row, known[row.subject], settings, bound(row.scene), tile_level)
+        judge_change(
+            row,
+            known[row.subject],
+            settings,
+            bound(row.scene),
+            tile_level,
+            judge_speeds=judge_speeds,
+        )
         for row in now
         if row.subject in known
     ]
@@ -187,10 +202,14 @@ def describe_change(change: Regression) -> str:
 
 
 def describe_changes(changes: Sequence[Regression]) -> list[str]:
-    """One line for each failure and each want of samples, and one for all."""
+    """One line for each failure, each want of samples and each slower tracer, and one for all."""
     if not changes:
         return ["baseline: nothing to compare with; ./bench baseline makes one"]
-    lines = [describe_change(row) for row in changes if row.verdict is not Verdict.PASS]
+    lines = [
+        describe_change(row)
+        for row in changes
+        if row.verdict is not Verdict.PASS or row.speed is Speed.SLOWER
+    ]
     compared = [row for row in changes if not row.note]
     counts = {verdict: sum(row.verdict is verdict for row in compared) for verdict in Verdict}
     speeds = {speed: sum(row.speed is speed for row in compared) for speed in Speed}

@@ -104,6 +104,27 @@ def test_a_slower_tracer_on_another_processor_is_told_and_fails_nothing(
     assert "speeds are no verdict here: it was timed on Babbage" in out, out
 
 
+def test_a_slower_tracer_whose_speed_is_told_only_is_named_and_fails_nothing(
+    run: Path, baseline: Path, capsys: pytest.CaptureFixture[str]
+):
+    change_times(run, "haste-cpu", 1.3)
+    assert check(run, baseline=baseline, judge_speeds=False) == 0
+    out = capsys.readouterr().out
+    (line,) = [line for line in out.splitlines() if "speed over" in line]
+    assert line.startswith("PASS"), line
+    assert "haste-cpu" in line, line
+    assert "slower" in line, line
+    assert "speeds are told only" in out, out
+
+
+def test_images_are_judged_where_speeds_are_told_only(
+    run: Path, baseline: Path, capsys: pytest.CaptureFixture[str]
+):
+    change_images(run, "haste-cpu", lambda image: 1.006 * image)
+    assert check(run, baseline=baseline, judge_speeds=False) == 1
+    assert "of the baseline's" in capsys.readouterr().out
+
+
 def test_images_of_another_size_are_not_compared(
     run: Path, baseline: Path, capsys: pytest.CaptureFixture[str]
 ):
