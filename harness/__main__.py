@@ -193,8 +193,8 @@ def _published(config: Config, options: argparse.Namespace) -> int:
     del config, options
     from harness.report.published import write_published
 
-    for path, run in write_published().items():
-        print(f"{path}: {run}")
+    for path, runs in write_published().items():
+        print(f"{path}: {', '.join(runs)}")
     return 0
 
 

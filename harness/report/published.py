@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,8 @@ from harness.tables.trade import EXACT
 PUBLISHED = ROOT / "results" / "published"
 FOLDER = ROOT / "docs" / "images"
 OPTIX = "mitsuba-cuda"
+GPU = "h100"
+"""The GPU of the documentation's figures, as the folders of its runs name it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +44,8 @@ class Subject:
 def timed_scenes(measurements: Measurements) -> list[str]:
     """Scenes that were timed and have no known answer, in the order of the file."""
     known = {row.scene for row in measurements.rows if row.quantity == "answer"}
-    timed = [row.scene for row in measurements.rows if row.quantity == "samples_per_second"]
+    rows = [row for row in measurements.rows if row.quantity == "samples_per_second"]
+    timed = [row.scene for row in rows if not row.case]
     return [scene for scene in dict.fromkeys(timed) if scene not in known]
 
 
@@ -120,16 +124,50 @@ SPECIFIED: tuple[tuple[Scenes, Plot], ...] = (
 """What each of PUBLISHED_FIGURES is about, and how it is drawn."""
 
 
+def last_start(run: Path) -> str:
+    """When the last part of a run began, ISO 8601; raises ResultsError where it does not say."""
+    text = (run / "provenance.json").read_text()
+    starts: list[str] = re.findall(r'"started": "([^"]+)"', text)
+    if not starts:
+        raise ResultsError(f"{run / 'provenance.json'}: no part of the run says when it started")
+    return max(starts)
+
+
 def read_runs(folder: Path = PUBLISHED) -> dict[str, Measurements]:
-    """Every published run by its name, the oldest first; raises ResultsError if there is none."""
-    runs = sorted(path.parent for path in folder.glob("*/measurements.csv*"))
+    """Every published run on the GPU of the documentation by its name, the oldest first.
+
+    Raises ResultsError if there is none.
+    """
+    found = [path.parent for path in folder.glob(f"*-{GPU}*/measurements.csv*")]
+    runs = sorted(found, key=last_start)
     if not runs:
-        raise ResultsError(f"{folder}: no run is published here")
+        raise ResultsError(f"{folder}: no run on an {GPU} is published here")
     return {run.name: read_measurements(find_measurements(run)) for run in runs}
 
 
-def write_published(folder: Path = FOLDER) -> dict[Path, str]:
-    """Write the figures, each of the run that shows most scenes of its kind, the newest of equals.
+@dataclass(frozen=True, slots=True)
+class Newest:
+    """Scenes, each as the newest run that has measured it in some way found it."""
+
+    measurements: Measurements
+    run_of: Mapping[str, str]
+    """The runs of the scenes, in the order in which the scenes were first measured."""
+
+    @property
+    def scenes(self) -> list[str]:
+        """The scenes in that order."""
+        return list(self.run_of)
+
+
+def newest_of_each(runs: Mapping[str, Measurements], scenes_of: Scenes) -> Newest:
+    """Put together what the runs, the oldest first, say of scenes that were measured in one way."""
+    run_of = {scene: name for name, run in runs.items() for scene in scenes_of(run)}
+    rows = [row for name, run in runs.items() for row in run.rows if run_of.get(row.scene) == name]
+    return Newest(Measurements(rows), run_of)
+
+
+def write_published(folder: Path = FOLDER) -> dict[Path, list[str]]:
+    """Write the figures, every scene in them as its newest run found it.
 
     Returns their paths with the names of the runs. Raises ResultsError where no run has measured
     what a figure shows.
@@ -137,12 +175,11 @@ def write_published(folder: Path = FOLDER) -> dict[Path, str]:
     runs = read_runs()
     written = {}
     for name, (scenes_of, plot) in zip(PUBLISHED_FIGURES, SPECIFIED, strict=True):
-        run = max(runs, key=lambda one: (len(scenes_of(runs[one])), one))
-        scenes = scenes_of(runs[run])
-        figure = plot(runs[run], scenes) if scenes else None
+        newest = newest_of_each(runs, scenes_of)
+        figure = plot(newest.measurements, newest.scenes) if newest.scenes else None
         if figure is None:
             raise ResultsError(f"{PUBLISHED}: no run has measured what {name} shows")
         path = folder / f"{name}.svg"
         save_svg(figure, path)
-        written[path] = run
+        written[path] = sorted(set(newest.run_of.values()))
     return written
