@@ -13,8 +13,8 @@ from harness.regression import Regression, describe_change, judge_changes
 from harness.snapshot import Snapshot, from_record, snapshots_of, to_record
 from harness.statistics.bias import Verdict
 from harness.statistics.change import Speed
+from harness.tables.provenance import merge_provenance
 from harness.tables.read import ResultsError, read_jobs, read_json
-from harness.tables.write import merge_provenance
 from harness.whole_files import write_whole
 
 PROVENANCE = "provenance.json"
@@ -95,7 +95,11 @@ def renew(
         if not agree():
             print(f"{folder} is as it was")
             return 1
-        size = write_baseline(folder, snapshots, shortened(merge_provenance(jobs)))
+        size = write_baseline(
+            folder,
+            snapshots,
+            shortened(merge_provenance({job.name: job.provenance for job in jobs})),
+        )
     except ResultsError as error:
         print(f"baseline: {error}", file=sys.stderr)
         return 1

@@ -13,9 +13,8 @@ from harness.gate import Absent, Judgement, compare_with_baseline, judge
 from harness.regression import Regression
 from harness.tables.lookup import Measurements, read_measurements
 from harness.tables.rays import RayJob, read_ray_jobs
-from harness.tables.read import SceneJob, read_jobs
+from harness.tables.read import SceneJob, read_jobs, read_json
 from harness.tables.study import StudyJob, read_study
-from harness.tables.write import merge_provenance
 
 CAPTIONS = Path(__file__).resolve().parents[1] / "captions"
 
@@ -58,7 +57,6 @@ def read_material(results_dir: Path, baseline: Path | None = None) -> Material:
     jobs = read_jobs(results_dir)
     settings = settings_of(jobs)
     judgements, absent = judge(jobs, settings)
-    ray_jobs = read_ray_jobs(results_dir)
     return Material(
         folder=results_dir,
         jobs=jobs,
@@ -68,8 +66,8 @@ def read_material(results_dir: Path, baseline: Path | None = None) -> Material:
         absent=absent,
         answers=judge_answers(jobs),
         changes=compare_with_baseline(jobs, settings, baseline),
-        ray_jobs=ray_jobs,
+        ray_jobs=read_ray_jobs(results_dir),
         studies=read_study(results_dir),
-        provenance=merge_provenance(jobs, ray_jobs),
+        provenance=read_json(results_dir / "provenance.json"),
         captions=read_captions(),
     )

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from harness.statistics.intervals import Interval
 from harness.tables.answers import record_answers
@@ -14,7 +12,8 @@ from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
 from harness.tables.knobs import record_knobs
 from harness.tables.prices import read_price_jobs, record_prices
-from harness.tables.rays import RayJob, read_ray_jobs, record_rays
+from harness.tables.provenance import Provenance, merge_provenance
+from harness.tables.rays import read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
 from harness.tables.spectra import record_spectra
@@ -37,6 +36,9 @@ from harness.tables.times import (
 )
 from harness.tables.trade import EXACT, record_trade
 from harness.whole_files import written_whole
+
+PARTS = ("rays", "stability", "modes", "surfaces", "sweeps", "features", "study")
+"""Parts of a run beside the images of its scenes, as provenance.json names them."""
 
 
 def tile_size(job: SceneJob) -> int:
@@ -86,30 +88,6 @@ def record_job(recorder: Recorder, job: SceneJob) -> None:
                 record_convergence(recorder, subject, sets, truth)
 
 
-def merge_provenance(jobs: list[SceneJob], ray_jobs: Sequence[RayJob] = ()) -> dict[str, Any]:
-    """Join the provenance of the scenes: what they share once, what differs by scene.
-
-    Of the benchmark of rays it holds what is its own: the hash and number of the rays of a scene.
-    """
-    first = jobs[0].provenance
-    shared = {
-        key: value
-        for key, value in first.items()
-        if all(key in job.provenance and job.provenance[key] == value for job in jobs)
-    }
-    return {
-        "run": jobs[0].run,
-        **shared,
-        "scenes": {
-            job.name: {k: v for k, v in job.provenance.items() if k not in shared} for job in jobs
-        },
-        "rays": {
-            job.name: {k: v for k, v in job.provenance.items() if shared.get(k) != v}
-            for job in ray_jobs
-        },
-    }
-
-
 def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     """Write samples.parquet, measurements.csv and provenance.json; returns their paths.
 
@@ -121,30 +99,38 @@ def write_tables(results_dir: Path) -> tuple[Path, Path, Path]:
     recorder = Recorder()
     for job in jobs:
         record_job(recorder, job)
-    ray_jobs = read_ray_jobs(results_dir)
-    for ray_job in ray_jobs:
+    parts: dict[str, dict[str, Provenance]] = {part: {} for part in PARTS}
+    for ray_job in read_ray_jobs(results_dir):
         record_rays(recorder, ray_job)
+        parts["rays"][ray_job.name] = ray_job.provenance
     for stability_job in read_stability_jobs(results_dir):
         record_stability(recorder, stability_job)
+        parts["stability"][stability_job.name] = stability_job.provenance
     for modes_job in read_modes_jobs(results_dir):
         record_modes(recorder, modes_job)
+        parts["modes"][modes_job.name] = modes_job.record["provenance"]
     surfaces_job = read_surfaces_job(results_dir)
     if surfaces_job is not None:
         record_surfaces(recorder, surfaces_job)
+        parts["surfaces"]["all"] = surfaces_job.record["provenance"]
     sweeps_job = read_sweeps_job(results_dir)
     if sweeps_job is not None:
         record_sweeps(recorder, sweeps_job)
+        parts["sweeps"]["all"] = sweeps_job.record["provenance"]
     for price_job in read_price_jobs(results_dir):
         record_prices(recorder, price_job)
+        parts["features"][price_job.name] = price_job.provenance
     for study in read_study(results_dir):
         record_study(recorder, study)
+        parts["study"][f"{study.name} {study.model}"] = study.provenance
     samples, measurements = recorder.frames()
     paths = (
         results_dir / "samples.parquet",
         results_dir / "measurements.csv",
         results_dir / "provenance.json",
     )
-    text = json.dumps(merge_provenance(jobs, ray_jobs), indent=1, sort_keys=True)
+    provenance = merge_provenance({job.name: job.provenance for job in jobs}, parts)
+    text = json.dumps(provenance, indent=1, sort_keys=True)
     with written_whole(*paths) as temporaries:
         samples.to_parquet(temporaries[0], index=False)
         measurements.to_csv(temporaries[1], index=False, float_format="%.9g", lineterminator="\n")
