@@ -56,9 +56,14 @@ def converging_scenes(measurements: Measurements) -> list[str]:
 
 
 def swept_scenes(measurements: Measurements) -> list[str]:
-    """Scenes of the sweep of packet sizes."""
+    """Scenes of the sweep of packet sizes; rows of the study name their light samples beside."""
     rows = [row for row in measurements.rows if row.engine == "packets" and row.status == "ok"]
-    return list(dict.fromkeys(row.scene for row in rows if "order=" in row.case))
+    cases = [(row.scene, parse_case(row.case).keys()) for row in rows]
+    return list(
+        dict.fromkeys(
+            name for name, keys in cases if "order" in keys and "light_samples" not in keys
+        )
+    )
 
 
 def turned_scenes(measurements: Measurements) -> list[str]:
