@@ -74,7 +74,6 @@ def test_runs_on_another_gpu_are_not_shown_among_them(tmp_path: Path):
 
 def test_a_published_run_without_its_time_is_refused(tmp_path: Path):
     publish(tmp_path, "2026-01-02-h100", "", {"skull": 1.0})
-    (tmp_path / "2026-01-02-h100" / "provenance.json").write_text("{}")
     with pytest.raises(ResultsError, match=r"2026-01-02-h100/provenance\.json"):
         read_runs(tmp_path)
 
