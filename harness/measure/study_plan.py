@@ -93,7 +93,7 @@ class StudyPlan:
             cases.append({**cases[-1], "film": "float_atomic"})
         joules = compared and self.settings["joules_seconds"] > 0 and self.on_device
         if engine in QUEUES:
-            width, spp = self._filled(size)
+            width, spp = self._filled(engine, size)
             queue = {"queue_bytes": self.settings["queue_bytes"]}
             return [
                 StudyRender(
@@ -113,9 +113,10 @@ class StudyPlan:
             for case in cases
         ]
 
-    def _filled(self, size: int) -> tuple[int, int]:
+    def _filled(self, engine: str, size: int) -> tuple[int, int]:
         """An image with rays for several full launches, and some however small they are."""
-        rays = max(self.settings["launches"] * size, self.settings["least_rays"])
+        launches = self.settings["engine_launches"].get(engine, self.settings["launches"])
+        rays = max(launches * size, self.settings["least_rays"])
         width = self.settings["width"]
         return width, max(1, math.ceil(rays / (self.rays_per_sample * width**2)))
 

@@ -13,10 +13,13 @@ class WorkEvents {
 public:
     explicit WorkEvents(bool wanted) : wanted_(wanted) {}
 
-    /// The beginning from which all times count.
+    /// The beginning from which all times count. Waits for it, so that no other stream begins
+    /// earlier.
     void start(const Stream& stream) {
         marks_.clear();
-        if (wanted_) start_.record(stream);
+        if (!wanted_) return;
+        start_.record(stream);
+        start_.synchronize();
     }
 
     /// Gives work to a stream between two marks.

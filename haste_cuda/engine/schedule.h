@@ -41,7 +41,7 @@ struct Schedule {
     Accumulation accumulation = Accumulation::flat;
     Allocation allocation = Allocation::once;
     FilmKind film = FilmKind::int64;
-    u32 streams = 3;  ///< of the engine `streams`
+    u32 streams = 3;  ///< of the engines `streams` and `wavefront`
     int threads = 0;  ///< of the processor; 0: all
     int block = 128;  ///< threads of a CUDA block
     PrecisionKind precision = PrecisionKind::watertight;

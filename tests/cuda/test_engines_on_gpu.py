@@ -63,8 +63,11 @@ def schedules() -> list[dict[str, Any]]:
         ]
         cases += [
             {"engine": "packets", "packet": packet, "allocation": "per_packet"},
-            {"engine": "streams", "packet": packet, "streams": 1},
-            {"engine": "streams", "packet": packet, "streams": 6},
+            *(
+                {"engine": engine, "packet": packet, "streams": streams}
+                for engine in ("streams", "wavefront")
+                for streams in (1, 6)
+            ),
         ]
     cases += [
         {"engine": engine, "packet": 4096, "order": order, "queue_bytes": 1 << 20}

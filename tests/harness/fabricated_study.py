@@ -36,6 +36,7 @@ STUDY = {
     "ambient_samples": 4,
     "width": 256,
     "launches": 8,
+    "engine_launches": {},
     "least_rays": 262144,
     "repeats": 3,
     "price_repeats": 6,

@@ -1,6 +1,7 @@
 #include "cuda/engines/wavefront.h"
 
 #include <algorithm>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -11,30 +12,72 @@ namespace haste::cuda {
 
 namespace {
 
-/// Packets between two looks at the flag: one group is always queued behind the one that runs.
-constexpr int packets_per_group = 4;
+u64 ray_bytes(const EngineRequest& request) {
+    return WavefrontParams::packet_ray_bytes(request.most_shadow_rays);
+}
+
+/// What a lane must have at the least.
+u64 least_bytes(const EngineRequest& request) {
+    return request.tree.lifo_need() * sizeof(Ray<float>) + ray_bytes(request);
+}
+
+/// The packet that a lane of so many bytes can have, 0 if none.
+u64 packet_within(const EngineRequest& request, u64 bytes) {
+    if (bytes < least_bytes(request)) return 0;
+    constexpr u64 most_shadows = u64(0xf0000000u);  // as a warp may count beyond the last
+    const u64 each = ray_bytes(request);
+    return std::min({request.schedule.packet, std::max<u64>(bytes / 2 / each, 1),
+                     (bytes - least_bytes(request)) / each + 1,
+                     most_shadows / std::max<u64>(request.most_shadow_rays, 1)});
+}
 
 }  // namespace
 
 WavefrontEngine::Room::Room(const EngineRequest& request) {
-    constexpr u64 ray = sizeof(Ray<float>);
-    constexpr u64 most_waiting = u64(1) << 30;      // places are counted in 32 bits, a turn too far
-    constexpr u64 most_shadows = u64(0xf0000000u);  // as a warp may count beyond the last
     const u64 bytes = request.schedule.queue_bytes;
-    const u64 each = WavefrontParams::packet_ray_bytes(request.most_shadow_rays);
-    const u64 need = request.tree.lifo_need();
-    if (bytes < need * ray + each) {
+    packet = packet_within(request, bytes);
+    if (packet == 0) {
         throw std::invalid_argument("queue_bytes must be at least " +
-                                    std::to_string(need * ray + each) +
+                                    std::to_string(least_bytes(request)) +
                                     " for the rays of one sample and the hit and shadow rays of "
                                     "one ray, not " +
                                     std::to_string(bytes));
     }
-    packet = std::min({request.schedule.packet, std::max<u64>(bytes / 2 / each, 1),
-                       (bytes - need * ray) / each,
-                       most_shadows / std::max<u64>(request.most_shadow_rays, 1)});
+    lanes = request.schedule.streams;
+    while (packet_within(request, bytes / lanes) < packet) --lanes;
+    constexpr u64 most_waiting = u64(1) << 30;  // places are counted in 32 bits, a turn too far
     // More than the packets can grow to would never be used.
-    queue = std::min({most_waiting, (bytes - packet * each) / ray, 2 * need * packet});
+    queue =
+        std::min({most_waiting, (bytes / lanes - packet * ray_bytes(request)) / sizeof(Ray<float>),
+                  2 * request.tree.lifo_need() * packet});
+}
+
+WavefrontEngine::Lane::Lane(const Room& room, u64 most_shadow_rays)
+    : queue(room.queue + room.packet),
+      hits(room.packet),
+      shadow_ways(room.packet * most_shadow_rays),
+      shadow_lights(shadow_ways.size()),
+      shadow_roundings(shadow_ways.size()),
+      state(1),
+      seen(2) {}
+
+void WavefrontEngine::Lane::start(const RenderParams& pass, const Admission& admission, u64 first,
+                                  u64 end) {
+    parameters = WavefrontParams{
+        .render = pass,
+        .admission = admission,
+        .camera_rays = end,
+        .queue = queue.data(),
+        .queue_size = u32(queue.size()),
+        .hits = hits.data(),
+        .shadows = {shadow_ways.data(), shadow_lights.data(), shadow_roundings.data()},
+        .state = state.data()};
+    launched = 0;
+    done = false;
+    WavefrontState& fresh = seen.data()[0];
+    fresh = {};
+    fresh.next_camera_ray = first;
+    state.upload(seen.front(1), stream);
 }
 
 WavefrontEngine::WavefrontEngine(const EngineRequest& request)
@@ -44,14 +87,9 @@ WavefrontEngine::WavefrontEngine(const EngineRequest& request)
       steps_{step("wavefront_generate"), tracing_step("wavefront_closest_hit"),
              step("wavefront_shade"), step("wavefront_close_gap"),
              tracing_step("wavefront_any_hit")},
-      room_(request),
-      queue_(room_.queue + room_.packet),
-      hits_(room_.packet),
-      shadow_ways_(room_.packet * request.most_shadow_rays),
-      shadow_lights_(shadow_ways_.size()),
-      shadow_roundings_(shadow_ways_.size()),
-      state_(1),
-      seen_(2) {}
+      room_(request) {
+    for (u64 i = 0; i < room_.lanes; ++i) lanes_.emplace_back(room_, request.most_shadow_rays);
+}
 
 WavefrontEngine::Step WavefrontEngine::step(const std::string& name) const {
     const Kernel& one = kernel(name);
@@ -70,37 +108,46 @@ WavefrontEngine::Step WavefrontEngine::tracing_step(const std::string& name) con
 }
 
 EnginePass WavefrontEngine::run(const RenderParams& pass) {
-    Stream& stream = request_.stream;
-    const WavefrontParams parameters{
-        .render = pass,
-        .admission = Admission(request_.tree, room_.queue, room_.packet),
-        .camera_rays = pass.range.count(pass.scene.camera),
-        .queue = queue_.data(),
-        .queue_size = u32(queue_.size()),
-        .hits = hits_.data(),
-        .shadows = {shadow_ways_.data(), shadow_lights_.data(), shadow_roundings_.data()},
-        .state = state_.data()};
-    start_.record(stream);
-    state_.clear(stream);
-    for (u64 group = 0;; ++group) {
-        for (int i = 0; i < packets_per_group; ++i) launch_packet(parameters);
-        state_.download(seen_.front(2).subspan(group % 2, 1), stream);
-        group_done_[group % 2].record(stream);
-        if (group == 0) continue;
-        const u64 before = (group - 1) % 2;
-        group_done_[before].synchronize();
-        if (seen_.data()[before].done) break;
+    const u64 camera_rays = pass.range.count(pass.scene.camera);
+    // Half a packet of samples, and what they spawn, are worth a lane.
+    const u64 used = std::clamp<u64>(2 * camera_rays / room_.packet, 1, lanes_.size());
+    const std::span<Lane> lanes(lanes_.data(), used);
+    const Admission admission(request_.tree, room_.queue, room_.packet);
+    start_.record(lanes.front().stream);
+    for (u64 i = 0; i < used; ++i) {
+        lanes[i].start(pass, admission, camera_rays * i / used, camera_rays * (i + 1) / used);
     }
-    end_.record(stream);
-    const double seconds = seconds_between(start_, end_);
-    const WavefrontState& last = seen_.data()[0];
-    return {seconds, last.peak_bytes, one_launch(seconds, last.packets)};
+    while (!std::ranges::all_of(lanes, &Lane::done)) {
+        for (Lane& lane : lanes) {
+            if (!lane.done) advance(lane);
+        }
+    }
+    EnginePass result;
+    u64 packets = 0;
+    for (const Lane& lane : lanes) {
+        const u64 last = (lane.launched - 2) % 2;
+        result.seconds = std::max(result.seconds, seconds_between(start_, lane.looked[last]));
+        result.peak_queue_bytes += lane.seen.data()[last].peak_bytes;
+        packets += lane.seen.data()[last].packets;
+        // The empty packet behind the last.
+        lane.stream.synchronize();
+    }
+    result.work = one_launch(result.seconds, packets);
+    return result;
 }
 
-void WavefrontEngine::launch_packet(const WavefrontParams& parameters) {
-    Stream& stream = request_.stream;
-    plan_.launch({.blocks = 1, .threads = 1}, stream, parameters);
-    for (const Step& step : steps_) step.kernel.launch(step.shape, stream, parameters);
+void WavefrontEngine::advance(Lane& lane) const {
+    plan_.launch({.blocks = 1, .threads = 1}, lane.stream, *lane.parameters);
+    for (const Step& step : steps_) {
+        step.kernel.launch(step.shape, lane.stream, *lane.parameters);
+    }
+    const u64 own = lane.launched++ % 2;
+    lane.state.download(lane.seen.front(2).subspan(own, 1), lane.stream);
+    lane.looked[own].record(lane.stream);
+    if (lane.launched == 1) return;
+    const u64 before = 1 - own;
+    lane.looked[before].synchronize();
+    lane.done = lane.seen.data()[before].done != 0;
 }
 
 }  // namespace haste::cuda

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "cuda/engines/engine.h"
 #include "cuda/kernels/wavefront_params.h"
 
@@ -7,8 +10,12 @@ namespace haste::cuda {
 
 /// The queue in device memory, and a kernel for each step of a packet: plan, generate, closest hit,
 /// shade, close the gap, any hit. Kernels read how much there is to do from the device's own
-/// counters, so the host puts steps into the stream without knowing any count; one flag, read
-/// behind the work, tells it when to stop.
+/// counters, so the host puts steps into a stream without knowing any count; one flag, read behind
+/// the work, tells it when to stop.
+///
+/// A step ends with the longest of its rays, and the next begins with an idle device. So the
+/// samples are shared out among lanes, each with a queue and a stream of its own: while one waits
+/// for its last rays, the steps of another fill the device.
 class WavefrontEngine : public Engine {
 public:
     explicit WavefrontEngine(const EngineRequest& request);
@@ -20,10 +27,32 @@ public:
 private:
     /// How the schedule's bytes are shared out.
     struct Room {
-        u64 packet;  ///< rays traced at once: as many as half of the bytes are enough for
-        u64 queue;   ///< rays that may wait
+        u64 lanes;   ///< as many as are asked for and leave packets their size, at least one
+        u64 packet;  ///< rays that a lane traces at once: half of its bytes are enough for them
+        u64 queue;   ///< rays that may wait in a lane
 
         explicit Room(const EngineRequest& request);
+    };
+
+    /// A queue over a part of the samples, and the stream in which its packets are worked on.
+    struct Lane {
+        Lane(const Room& room, u64 most_shadow_rays);
+
+        /// Clears the queue and gives the lane the camera rays from `first` up to `end`.
+        void start(const RenderParams& pass, const Admission& admission, u64 first, u64 end);
+
+        Stream stream;
+        DeviceBuffer<Ray<float>> queue;
+        DeviceBuffer<Hit<float>> hits;
+        DeviceBuffer<ShadowList::Way> shadow_ways;
+        DeviceBuffer<ShadowList::Light> shadow_lights;
+        DeviceBuffer<u32> shadow_roundings;
+        DeviceBuffer<WavefrontState> state;
+        PinnedBuffer<WavefrontState> seen;  ///< after each of two packets, one behind the other
+        Event looked[2];                    ///< behind them
+        std::optional<WavefrontParams> parameters;
+        u64 launched = 0;
+        bool done = false;
     };
 
     /// A kernel and a launch that fills the device with it.
@@ -36,22 +65,15 @@ private:
     [[nodiscard]] Step tracing_step(const std::string& name) const;
     [[nodiscard]] Step step(const std::string& name) const;
 
-    void launch_packet(const WavefrontParams& parameters);
+    /// Puts a packet behind the one under way, and waits for that.
+    void advance(Lane& lane) const;
 
     const Kernel& plan_;
     const Kernel& closest_hit_;
     std::vector<Step> steps_;
     Room room_;
-    DeviceBuffer<Ray<float>> queue_;
-    DeviceBuffer<Hit<float>> hits_;
-    DeviceBuffer<ShadowList::Way> shadow_ways_;
-    DeviceBuffer<ShadowList::Light> shadow_lights_;
-    DeviceBuffer<u32> shadow_roundings_;
-    DeviceBuffer<WavefrontState> state_;
-    PinnedBuffer<WavefrontState> seen_;  ///< one behind each group of packets under way
+    std::vector<Lane> lanes_;
     Event start_;
-    Event end_;
-    Event group_done_[2];
 };
 
 }  // namespace haste::cuda

@@ -88,6 +88,13 @@ def test_an_engine_may_have_a_largest_launch():
     assert max(sizes) == 4096
 
 
+def test_an_engine_may_have_launches_of_its_own_number():
+    found = renders(GPU, launches=32, engine_launches={"packets": 4})
+    rays = {one.engine: 6.0 * one.samples for one in found if one.case.get("packet") == 1 << 20}
+    assert 4 << 20 <= rays["packets"] < 5 << 20, rays
+    assert rays["wavefront"] >= 32 << 20, rays
+
+
 def test_layers_of_the_whole_image_are_set_against_packets_of_one_size():
     memory = [one for one in renders(GPU) if one.repeats == 0]
     assert {one.engine for one in memory} == {"layers", "packets"}
