@@ -47,7 +47,8 @@ class GateSettings:
 
 def settings_of(jobs: list[SceneJob]) -> GateSettings:
     """The gate's settings as a run's provenance recorded them, defaults where it did not."""
-    return GateSettings(**jobs[0].provenance.get("config", {}).get("gate", {}))
+    recorded = jobs[0].provenance.get("config", {}) if jobs else {}
+    return GateSettings(**recorded.get("gate", {}))
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,12 +18,15 @@ from harness.statistics.estimate import Estimate, combine, log_of
 from harness.statistics.intervals import Interval, student_quantile
 from harness.statistics.multiple import holm
 from harness.tables.lookup import Measurement, Measurements, find_measurements, read_measurements
+from harness.tables.provenance import machine_of
 from harness.tables.read import ResultsError
 from harness.tables.schema import parse_case
 from harness.whole_files import write_whole
 
 ROUNDING = 2.0**-16
 """Relative difference that float32 films may leave."""
+PRICES = ("feature_price", "determinism_price", "reallocation_price")
+"""Ratios of times of one tracer, with something and without."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,7 @@ def questions(speed_margin: float) -> tuple[Question, ...]:
         Question("relmse", "error", ROUNDING, 1, False, of_seeds),
         Question("relative_variance", "variance", ROUNDING, 1, False, of_seeds),
         Question("speed_ratio", "speed", speed, -1, True, of_speed),
-        Question("feature_price", "price", speed, 1, True, lambda _: True),
+        *(Question(price, "price", speed, 1, True, lambda _: True) for price in PRICES),
     )
 
 
@@ -137,7 +140,7 @@ def _difference(question: Question, before: Measurement, after: Measurement) -> 
 def _subject(row: Measurement) -> str:
     engine = "" if row.engine == "depth_first" else f" {row.engine}"
     name = f"{row.scene} {row.model} {row.tracer}{engine}"
-    told_apart = {"rays", "features"} & parse_case(row.case).keys()
+    told_apart = row.quantity in PRICES or "rays" in parse_case(row.case)
     return f"{name} {row.precision} {row.case}" if told_apart else name
 
 
@@ -218,7 +221,7 @@ def _number(found: Interval) -> str:
 def describe_run(folder: Path) -> str:
     """One line on a run: its folder, name, commit and machine."""
     provenance = read_json(folder / "provenance.json") or {}
-    machine = provenance.get("machine", {})
+    machine = machine_of(provenance)
     devices = [machine.get("processor"), *(gpu.get("name") for gpu in machine.get("gpus", []))]
     parts = [
         f"run {provenance.get('run', 'unnamed')}",

@@ -10,6 +10,7 @@ from harness.gate import Absent, Judgement
 from harness.report.numbers import significant
 from harness.statistics.bias import Verdict
 from harness.tables.lookup import Measurements
+from harness.tables.provenance import machine_of, records_of
 from harness.tables.read import SceneJob, model_order, tracer_order
 
 
@@ -83,14 +84,14 @@ def explain_gate(settings: GateSettings, judgements: list[Judgement]) -> str:
 
 def collect_facts(provenance: Mapping[str, Any], jobs: list[SceneJob]) -> list[tuple[str, str]]:
     """Key facts of the provenance, as far as they were recorded."""
-    machine = provenance.get("machine") or jobs[0].provenance.get("machine", {})
+    machine = machine_of(provenance)
     commit = provenance.get("commit")
-    started = min((str(job.provenance.get("started", "")) for job in jobs), default="")
+    begun = [str(one["started"]) for one in records_of(provenance) if "started" in one]
     packages = provenance.get("packages", {})
     facts = [
         ("run", str(provenance["run"])),
         ("commit", f"{commit}{' with local changes' if provenance.get('dirty') else ''}"),
-        ("started", started),
+        ("started", min(begun, default="")),
         ("processor", str(machine.get("processor", ""))),
         ("cores", str(machine.get("usable_cores", machine.get("cores", "")))),
         ("threads a tracer", str(provenance.get("threads", ""))),
@@ -138,8 +139,8 @@ def reproduce(provenance: Mapping[str, Any], jobs: list[SceneJob]) -> str:
         f"git checkout {commit}",
         f"./bench all{settings}",
         "./bench check" + ("" if run == "quick" else f" --settings config/{run}.yaml"),
-        "",
-        "# one scene only",
-        f"./bench all{settings} --config scenes={jobs[0].name}",
     ]
+    if jobs:
+        one = f"./bench all{settings} --config scenes={jobs[0].name}"
+        lines += ["", "# one scene only", one]
     return "\n".join(lines)

@@ -290,17 +290,19 @@ def scenes_of_study(results_dir: Path) -> list[tuple[str, str]]:
 
 
 def read_jobs(results_dir: Path) -> list[SceneJob]:
-    """Read the scene jobs of a run; raises ResultsError if there is none, or not one for each scene
-    of its settings.
+    """Read the scene jobs of a run; raises ResultsError if there is not one for each scene of its
+    settings, or none where there are no settings.
 
     Only scenes that the run's settings.json names count: folders of earlier runs are left alone.
     Without that file all do. They come in the order of the run's settings, or of the provenance, or
     by name.
     """
+    wanted = scenes_of_run(results_dir)
+    if wanted == []:
+        return []
     folders = sorted(path.parent for path in (results_dir / "scenes").glob("*/scene.json"))
     if not folders:
         raise ResultsError(f"{results_dir / 'scenes'}: no scene job has been written here")
-    wanted = scenes_of_run(results_dir)
     if wanted is not None:
         lost = [name for name in wanted if name not in {folder.name for folder in folders}]
         if lost:

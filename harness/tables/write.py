@@ -12,7 +12,7 @@ from harness.tables.eye_rays import record_eye_rays
 from harness.tables.images import record_convergence, record_seeds, record_truth, subject_of
 from harness.tables.knobs import record_knobs
 from harness.tables.prices import read_price_jobs, record_prices
-from harness.tables.provenance import Provenance, merge_provenance
+from harness.tables.provenance import PARTS, Provenance, merge_provenance
 from harness.tables.rays import read_ray_jobs, record_rays
 from harness.tables.read import SceneJob, read_jobs
 from harness.tables.schema import Recorder
@@ -36,9 +36,6 @@ from harness.tables.times import (
 )
 from harness.tables.trade import EXACT, record_trade
 from harness.whole_files import written_whole
-
-PARTS = ("rays", "stability", "modes", "surfaces", "sweeps", "features", "study")
-"""Parts of a run beside the images of its scenes, as provenance.json names them."""
 
 
 def tile_size(job: SceneJob) -> int:

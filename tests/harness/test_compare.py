@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from harness.tables.lookup import Measurement, Measurements
 Fabricate = Callable[..., Path]
 SMALL = {"scenes": ("cornell-box",), "models": ("path",), "spp": 64, "seeds": 16}
 SETTINGS = GateSettings()
+CHANGED = (4096, "lifo")
 
 
 @pytest.fixture
@@ -74,6 +76,26 @@ def test_a_slower_tracer_is_worse(runs: tuple[Path, Path], capsys: pytest.Captur
     assert compare(runs[1], runs[0], None, SETTINGS) == 1
     (line,) = lines_of(capsys, "cornell-box path haste-cpu")
     assert line.endswith("better")
+
+
+def test_what_the_papers_allocation_costs_is_compared_launch_by_launch(
+    studied_results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    folders = [shutil.copytree(studied_results, tmp_path / name) for name in ("one", "other")]
+    path = folders[1] / "study/mirror-glass/haste/rows.json"
+    rows = json.loads(path.read_text())
+    for row in rows:
+        case = row["case"]
+        if case.get("allocation") == "per_packet" and (case["packet"], case["order"]) == CHANGED:
+            row["seconds"] *= 1.5
+    path.write_text(json.dumps(rows))
+    for folder in folders:
+        write_tables(folder)
+    assert compare(*folders, None, SETTINGS) == 1
+    (line,) = lines_of(capsys, "mirror-glass haste haste-cuda packets")
+    assert line.startswith("price"), line
+    assert "order=lifo;packet=4096" in line, line
+    assert line.endswith("worse"), line
 
 
 def test_a_pixel_that_is_not_finite_is_worse(

@@ -1,5 +1,6 @@
 """The report's section on launches, from fabricated renders."""
 
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +12,7 @@ from fabricated_study import LAWS
 from harness.report.study import find_variants
 from harness.report.study_figures import bounds_of, plot_timeline
 from harness.report.study_tables import smallest_reaching
+from harness.report.summary import collect_facts
 from harness.report.write import write_report
 from harness.statistics.intervals import Interval
 from harness.tables import write_tables
@@ -42,6 +44,29 @@ def test_the_table_of_laws_says_who_is_fastest_and_where_it_is_reached(folder: P
     half = LAWS["wavefront"][0] * LAWS["wavefront"][1]
     # N / (N + N_1/2) >= 0.9 from N = 9 N_1/2 on; the next power of two, or its neighbour by noise.
     assert 9 * half / 1.5 <= reached <= 9 * half * 3
+
+
+def test_a_run_of_the_study_alone_has_tables_a_report_and_a_machine(
+    studied_results: Path, tmp_path: Path
+):
+    alone = tmp_path / "alone"
+    shutil.copytree(studied_results / "study", alone / "study")
+    settings = json.loads((studied_results / "settings.json").read_text())
+    (alone / "settings.json").write_text(json.dumps({**settings, "scenes": []}))
+    machines = {"haste": "Intel", "whitted": "AMD"}
+    for model, processor in machines.items():
+        path = alone / "study" / "mirror-glass" / model / "provenance.json"
+        more = {"machine": {"processor": processor}, "started": f"2026-11-2{len(processor)}"}
+        path.write_text(json.dumps(json.loads(path.read_text()) | more))
+    write_tables(alone)
+    page = write_report(alone).read_text()
+    assert 'id="launches"' in page
+    provenance = json.loads((alone / "provenance.json").read_text())
+    assert provenance["scenes"] == {}
+    # The two machines differ, so that neither is the run's; the first is named.
+    facts = dict(collect_facts(provenance, []))
+    assert facts["processor"] in machines.values(), facts
+    assert facts["started"] == "2026-11-23", facts
 
 
 def test_layers_grow_with_the_image_and_packets_do_not(folder: Path):

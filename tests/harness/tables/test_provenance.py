@@ -4,8 +4,11 @@ import json
 import shutil
 from pathlib import Path
 
-from harness.tables.provenance import merge_provenance
-from harness.tables.write import PARTS, write_tables
+import pytest
+
+from harness.tables.provenance import PARTS, merge_provenance
+from harness.tables.read import ResultsError
+from harness.tables.write import write_tables
 
 MACHINE = {"gpus": [{"uuid": "A"}]}
 
@@ -24,6 +27,17 @@ def test_what_scenes_share_stands_once_and_what_differs_by_its_job():
             "box": {"machine": {"gpus": [{"uuid": "B"}]}, "started": "3", "command": "prices"}
         },
     }
+
+
+def test_a_run_without_images_shares_what_its_other_jobs_do():
+    one = {"run": "gpu", "commit": "c", "machine": MACHINE}
+    merged = merge_provenance({}, {"study": {"skull": {**one, "started": "1"}, "box": one}})
+    assert merged == {**one, "scenes": {}, "study": {"skull": {"started": "1"}, "box": {}}}
+
+
+def test_a_run_that_measured_nothing_at_all_is_refused():
+    with pytest.raises(ResultsError, match="nothing has been measured"):
+        merge_provenance({}, {"rays": {}})
 
 
 def test_every_part_of_a_run_stands_in_the_provenance_of_its_tables(
