@@ -29,6 +29,8 @@ def make_content(material: Material, figures: FigureFiles) -> tuple[list[Section
     content: dict[str, Any] = {}
     present = []
     for section in SECTIONS:
+        if section.of_images and not material.jobs:
+            continue
         made = section.make(material, figures)
         if made is None:
             continue

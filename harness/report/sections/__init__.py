@@ -18,11 +18,11 @@ from harness.report.sections import (
 from harness.report.sections.section import Section
 
 SECTIONS = (
-    Section("strip", "Verdicts", outcome.strip),
+    Section("strip", "Verdicts", outcome.strip, of_images=True),
     Section("trade", "Trade", trade.trade),
     Section("budget", "Budgets", trade.budget),
-    Section("viewer", "Viewer", viewer.viewer),
-    Section("convergence", "Convergence", error.convergence),
+    Section("viewer", "Viewer", viewer.viewer, of_images=True),
+    Section("convergence", "Convergence", error.convergence, of_images=True),
     Section("spectrum", "Spectrum", error.spectrum),
     Section("quantiles", "Spread", error.quantiles),
     Section("packets", "Packets", launches.packets),
@@ -32,9 +32,9 @@ SECTIONS = (
     Section("stability", "Stability", stability.stability),
     Section("features", "Features", features.features),
     Section("eye-rays", "Eye rays", rays.eye_rays),
-    Section("speed", "Speed", costs.speed),
-    Section("times", "Time, memory, energy", costs.times),
-    Section("agreement", "Agreement", outcome.agreement),
+    Section("speed", "Speed", costs.speed, of_images=True),
+    Section("times", "Time, memory, energy", costs.times, of_images=True),
+    Section("agreement", "Agreement", outcome.agreement, of_images=True),
     Section("answers", "Known answers", outcome.answers),
     Section("provenance", "Provenance", record.provenance),
     Section("downloads", "Downloads", record.downloads),

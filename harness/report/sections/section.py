@@ -27,6 +27,8 @@ class Section:
     """in the navigation"""
     make: Callable[[Material, FigureFiles], Content | None]
     """None where the run measured nothing of the kind: then there is no such section"""
+    of_images: bool = False
+    """whether a run without images has no such section"""
 
     @property
     def template(self) -> str:

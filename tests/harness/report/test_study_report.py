@@ -1,6 +1,7 @@
 """The report's section on launches, from fabricated renders."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -60,7 +61,8 @@ def test_a_run_of_the_study_alone_has_tables_a_report_and_a_machine(
         path.write_text(json.dumps(json.loads(path.read_text()) | more))
     write_tables(alone)
     page = write_report(alone).read_text()
-    assert 'id="launches"' in page
+    found = re.findall(r'<section id="([\w-]+)"', page)
+    assert found == ["launches", "provenance", "downloads", "formulas", "reproduce"]
     provenance = json.loads((alone / "provenance.json").read_text())
     assert provenance["scenes"] == {}
     # The two machines differ, so that neither is the run's; the first is named.
