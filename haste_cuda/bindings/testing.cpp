@@ -22,6 +22,7 @@
 #include "core/sampling/light_sample.h"
 #include "core/sampling/warp.h"
 #include "cpu/planted.h"
+#include "cuda/engines/wavefront_room.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -263,6 +264,13 @@ nb::object next_packet(const std::array<u32, 2>& tree, u64 capacity, u64 packet,
     return nb::make_tuple(plan.pending, plan.born, plan.lifo);
 }
 
+nb::object wavefront_room(const std::array<u32, 2>& tree, u64 bytes, u64 packet, u64 lanes,
+                          u64 most_shadow_rays) {
+    const auto room =
+        cuda::WavefrontRoom::fit({tree[0], tree[1]}, bytes, packet, lanes, most_shadow_rays);
+    return nb::make_tuple(room.lanes, room.packet, room.queue, room.bytes(most_shadow_rays));
+}
+
 nb::dict render_planted_reading(SceneHandle& scene, Settings<float> settings, u32 seed, u32 samples,
                                 const std::string& reading, int threads) {
     settings.seed = seed;
@@ -298,6 +306,8 @@ void bind_testing(nb::module_& parent) {
     module.def("lifo_need", &lifo_need, "generations"_a, "children"_a);
     module.def("next_packet", &next_packet, "tree"_a, "capacity"_a, "packet"_a, "pending"_a,
                "unborn"_a);
+    module.def("wavefront_room", &wavefront_room, "tree"_a, "bytes"_a, "packet"_a, "lanes"_a,
+               "most_shadow_rays"_a);
     module.def("render_planted", &render_planted_reading, "scene"_a, "settings"_a, nb::kw_only(),
                "seed"_a, "samples"_a, "reading"_a, "threads"_a = 0);
 }

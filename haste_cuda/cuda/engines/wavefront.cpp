@@ -2,57 +2,13 @@
 
 #include <algorithm>
 #include <span>
-#include <stdexcept>
-#include <string>
 
 #include "core/accel/bvh8_intersector.h"
 #include "cuda/kernels/resident_params.h"
 
 namespace haste::cuda {
 
-namespace {
-
-u64 ray_bytes(const EngineRequest& request) {
-    return WavefrontParams::packet_ray_bytes(request.most_shadow_rays);
-}
-
-/// What a lane must have at the least.
-u64 least_bytes(const EngineRequest& request) {
-    return request.tree.lifo_need() * sizeof(Ray<float>) + ray_bytes(request);
-}
-
-/// The packet that a lane of so many bytes can have, 0 if none.
-u64 packet_within(const EngineRequest& request, u64 bytes) {
-    if (bytes < least_bytes(request)) return 0;
-    constexpr u64 most_shadows = u64(0xf0000000u);  // as a warp may count beyond the last
-    const u64 each = ray_bytes(request);
-    return std::min({request.schedule.packet, std::max<u64>(bytes / 2 / each, 1),
-                     (bytes - least_bytes(request)) / each + 1,
-                     most_shadows / std::max<u64>(request.most_shadow_rays, 1)});
-}
-
-}  // namespace
-
-WavefrontEngine::Room::Room(const EngineRequest& request) {
-    const u64 bytes = request.schedule.queue_bytes;
-    packet = packet_within(request, bytes);
-    if (packet == 0) {
-        throw std::invalid_argument("queue_bytes must be at least " +
-                                    std::to_string(least_bytes(request)) +
-                                    " for the rays of one sample and the hit and shadow rays of "
-                                    "one ray, not " +
-                                    std::to_string(bytes));
-    }
-    lanes = request.schedule.streams;
-    while (packet_within(request, bytes / lanes) < packet) --lanes;
-    constexpr u64 most_waiting = u64(1) << 30;  // places are counted in 32 bits, a turn too far
-    // More than the packets can grow to would never be used.
-    queue =
-        std::min({most_waiting, (bytes / lanes - packet * ray_bytes(request)) / sizeof(Ray<float>),
-                  2 * request.tree.lifo_need() * packet});
-}
-
-WavefrontEngine::Lane::Lane(const Room& room, u64 most_shadow_rays)
+WavefrontEngine::Lane::Lane(const WavefrontRoom& room, u64 most_shadow_rays)
     : queue(room.queue + room.packet),
       hits(room.packet),
       shadow_ways(room.packet * most_shadow_rays),
@@ -87,7 +43,8 @@ WavefrontEngine::WavefrontEngine(const EngineRequest& request)
       steps_{step("wavefront_generate"), tracing_step("wavefront_closest_hit"),
              step("wavefront_shade"), step("wavefront_close_gap"),
              tracing_step("wavefront_any_hit")},
-      room_(request) {
+      room_(WavefrontRoom::fit(request.tree, request.schedule.queue_bytes, request.schedule.packet,
+                               request.schedule.streams, request.most_shadow_rays)) {
     for (u64 i = 0; i < room_.lanes; ++i) lanes_.emplace_back(room_, request.most_shadow_rays);
 }
 

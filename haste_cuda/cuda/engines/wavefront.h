@@ -1,9 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "cuda/engines/engine.h"
+#include "cuda/engines/wavefront_room.h"
 #include "cuda/kernels/wavefront_params.h"
 
 namespace haste::cuda {
@@ -25,18 +27,9 @@ public:
     const Kernel& main_kernel() const override { return closest_hit_; }
 
 private:
-    /// How the schedule's bytes are shared out.
-    struct Room {
-        u64 lanes;   ///< as many as are asked for and leave packets their size, at least one
-        u64 packet;  ///< rays that a lane traces at once: half of its bytes are enough for them
-        u64 queue;   ///< rays that may wait in a lane
-
-        explicit Room(const EngineRequest& request);
-    };
-
     /// A queue over a part of the samples, and the stream in which its packets are worked on.
     struct Lane {
-        Lane(const Room& room, u64 most_shadow_rays);
+        Lane(const WavefrontRoom& room, u64 most_shadow_rays);
 
         /// Clears the queue and gives the lane the camera rays from `first` up to `end`.
         void start(const RenderParams& pass, const Admission& admission, u64 first, u64 end);
@@ -71,7 +64,7 @@ private:
     const Kernel& plan_;
     const Kernel& closest_hit_;
     std::vector<Step> steps_;
-    Room room_;
+    WavefrontRoom room_;
     std::vector<Lane> lanes_;
     Event start_;
 };
