@@ -26,6 +26,8 @@ from harness.measure.config import ROOT, ConfigError, find_scene, load_config, m
         ({"rays": {"traversals": ["octree"]}}, r"rays\.traversals\.0: 'octree' is not one of"),
         ({"rays": {"classes": ["bounce"]}}, r"rays\.classes\.0: 'bounce' is not one of"),
         ({"rays": {"scenes": ["teapot-nowhere"]}}, r"unknown scene 'teapot-nowhere'"),
+        ({"study": {"engine_launches": {"depth_first": 8}}}, r"'depth_first' is not one of"),
+        ({"study": {"largest": {"stream": 8}}}, r"study\.largest: 'stream' is not one of"),
         ({"miniature": False}, r"convergence\.doublings: 1 is less than 6"),
     ],
 )
