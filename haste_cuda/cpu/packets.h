@@ -11,11 +11,11 @@ template <class Model, class I, bool Count>
 PassResult packets_pass(const PassRequest& request, const Model& model, const I& intersector) {
     RayQueue queue(request.view.camera, request.range(), request.tree, request.schedule);
     PacketShader<Model, I, Count> shader(request, model, intersector);
-    const auto packet = std::make_unique_for_overwrite<Ray<float>[]>(request.schedule.packet);
+    const LargeArray<Ray<float>> packet(request.schedule.packet);
     for (;;) {
-        const u64 size = queue.pop_packet({packet.get(), request.schedule.packet});
+        const u64 size = queue.pop_packet(packet.front(request.schedule.packet));
         if (size == 0) break;
-        shader.shade({packet.get(), size},
+        shader.shade(packet.front(size),
                      [&](std::span<const Ray<float>> children) { queue.push(children); });
     }
     return shader.finish(queue.peak_bytes());

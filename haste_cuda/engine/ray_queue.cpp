@@ -48,8 +48,8 @@ void RayQueue::push(std::span<const Ray<float>> rays) {
     if (rays.empty()) return;
     const u64 back = (front_ + size_) % room_;
     const u64 first = std::min<u64>(rays.size(), room_ - back);
-    copy_rays(rays.data(), first, rays_.get() + back);
-    copy_rays(rays.data() + first, rays.size() - first, rays_.get());
+    copy_rays(rays.data(), first, rays_.data() + back);
+    copy_rays(rays.data() + first, rays.size() - first, rays_.data());
     size_ += rays.size();
     peak_ = std::max(peak_, size_);
 }
@@ -57,8 +57,8 @@ void RayQueue::push(std::span<const Ray<float>> rays) {
 void RayQueue::grow(u64 size) {
     constexpr u64 smallest = 1024;
     const u64 room = std::min(capacity_, std::max({smallest, size, 2 * room_}));
-    auto rays = std::make_unique_for_overwrite<Ray<float>[]>(room);
-    copy_out(0, size_, rays.get());
+    LargeArray<Ray<float>> rays(room);
+    copy_out(0, size_, rays.data());
     rays_ = std::move(rays);
     room_ = room;
     front_ = 0;
@@ -68,8 +68,8 @@ void RayQueue::copy_out(u64 place, u64 count, Ray<float>* target) const {
     if (count == 0) return;
     const u64 begin = (front_ + place) % room_;
     const u64 first = std::min(count, room_ - begin);
-    copy_rays(rays_.get() + begin, first, target);
-    copy_rays(rays_.get(), count - first, target + first);
+    copy_rays(rays_.data() + begin, first, target);
+    copy_rays(rays_.data(), count - first, target + first);
 }
 
 void RayQueue::make_camera_rays(std::span<Ray<float>> rays) {

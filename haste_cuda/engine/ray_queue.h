@@ -1,11 +1,11 @@
 #pragma once
 
-#include <memory>
 #include <span>
 
 #include "core/engine/admission.h"
 #include "core/sampling/sample_range.h"
 #include "engine/schedule.h"
+#include "host/large_array.h"
 
 namespace haste {
 
@@ -40,7 +40,7 @@ private:
     u64 next_camera_ray_ = 0;
     u64 peak_ = 0;
     // A ring: rays_[(front_ + i) % room_] for i < size_.
-    std::unique_ptr<Ray<float>[]> rays_;
+    LargeArray<Ray<float>> rays_;
     u64 room_ = 0;
     u64 front_ = 0;
     u64 size_ = 0;

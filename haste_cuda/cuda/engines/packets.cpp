@@ -11,8 +11,8 @@ PacketsEngine::PacketsEngine(const EngineRequest& request)
     if (request.schedule.allocation == Allocation::once) {
         buffers_ = std::make_unique<Buffers>(rays, children);
     }
-    packet_ = std::make_unique_for_overwrite<Ray<float>[]>(rays);
-    children_ = std::make_unique_for_overwrite<Ray<float>[]>(children);
+    packet_ = LargeArray<Ray<float>>(rays);
+    children_ = LargeArray<Ray<float>>(children);
 }
 
 EnginePass PacketsEngine::run(const RenderParams& pass) {
@@ -22,7 +22,7 @@ EnginePass PacketsEngine::run(const RenderParams& pass) {
     const bool per_packet = request_.schedule.allocation == Allocation::per_packet;
     for (;;) {
         const u64 size = log.time(WorkKind::pop, [&] {
-            return queue.pop_packet({packet_.get(), request_.schedule.packet});
+            return queue.pop_packet(packet_.front(request_.schedule.packet));
         });
         if (size == 0) break;
         if (per_packet) {
@@ -31,7 +31,7 @@ EnginePass PacketsEngine::run(const RenderParams& pass) {
                 return 0;
             });
         }
-        const u64 spawned = trace(pass, {packet_.get(), size}, log);
+        const u64 spawned = trace(pass, packet_.front(size), log);
         if (per_packet) {
             log.time(WorkKind::allocate, [&]() -> u64 {
                 buffers_.reset();
@@ -39,7 +39,7 @@ EnginePass PacketsEngine::run(const RenderParams& pass) {
             });
         }
         log.time(WorkKind::push, [&] {
-            queue.push({children_.get(), spawned});
+            queue.push(children_.front(spawned));
             return spawned;
         });
         ++work.launches;
@@ -75,7 +75,7 @@ u64 PacketsEngine::trace(const RenderParams& pass, std::span<const Ray<float>> p
     return log.time(WorkKind::download, [&] {
         u32 spawned = 0;
         buffers.child_count.download(std::span(&spawned, 1));
-        buffers.children.download(std::span(children_.get(), spawned));
+        buffers.children.download(children_.front(spawned));
         return u64(spawned);
     });
 }

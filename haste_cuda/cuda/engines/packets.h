@@ -2,6 +2,7 @@
 
 #include "cuda/engines/engine.h"
 #include "cuda/kernels/packet_params.h"
+#include "host/large_array.h"
 
 namespace haste::cuda {
 
@@ -31,8 +32,8 @@ private:
 
     const Kernel& kernel_;
     std::unique_ptr<Buffers> buffers_;
-    std::unique_ptr<Ray<float>[]> packet_;
-    std::unique_ptr<Ray<float>[]> children_;
+    LargeArray<Ray<float>> packet_;
+    LargeArray<Ray<float>> children_;
 };
 
 }  // namespace haste::cuda

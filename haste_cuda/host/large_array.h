@@ -1,0 +1,55 @@
+#pragma once
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <span>
+#include <type_traits>
+
+namespace haste {
+
+/// An array in ordinary memory that may be large, contents undefined.
+///
+/// Beyond 32 MiB the C library takes memory afresh from the system for each array, whose pages are
+/// made when they are first written. With usual pages that takes several times as long as what is
+/// written (docs/packets.md), so that it would be most of what a queue of rays costs.
+template <class T>
+class LargeArray {
+    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>,
+                  "nothing is constructed in it");
+
+public:
+    LargeArray() = default;
+
+    /// Room for `size` elements. Throws std::bad_alloc.
+    explicit LargeArray(std::size_t size) : size_(size) {
+        constexpr std::size_t page = std::size_t(2) << 20;
+        if (size == 0) return;
+        if (size > (std::size_t(-1) - page) / sizeof(T)) throw std::bad_alloc();
+        const std::size_t bytes = size * sizeof(T);
+        const std::size_t step = bytes < page ? std::max(alignof(T), alignof(void*)) : page;
+        const std::size_t whole = (bytes + step - 1) / step * step;
+        data_.reset(static_cast<T*>(std::aligned_alloc(step, whole)));
+        if (!data_) throw std::bad_alloc();
+        // Refused where the system has no large pages: then they are those that it has.
+        if (step == page) (void)madvise(data_.get(), whole, MADV_HUGEPAGE);
+    }
+
+    [[nodiscard]] T* data() const { return data_.get(); }
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::span<T> front(std::size_t count) const { return {data_.get(), count}; }
+
+private:
+    struct Free {
+        void operator()(T* memory) const { std::free(memory); }
+    };
+
+    std::unique_ptr<T[], Free> data_;
+    std::size_t size_ = 0;
+};
+
+}  // namespace haste
