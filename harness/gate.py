@@ -295,6 +295,8 @@ def check(
         print(line)
     for line in describe_changes(changes) if baseline else []:
         print(line)
+    if not jobs:
+        print("the run has no images: there is nothing to judge")
     if changes and not judge_speeds:
         print("baseline: speeds are told only, as was asked for")
     return worst_code(

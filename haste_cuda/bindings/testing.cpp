@@ -268,7 +268,7 @@ nb::object wavefront_room(const std::array<u32, 2>& tree, u64 bytes, u64 packet,
                           u64 most_shadow_rays) {
     const auto room =
         cuda::WavefrontRoom::fit({tree[0], tree[1]}, bytes, packet, lanes, most_shadow_rays);
-    return nb::make_tuple(room.lanes, room.packet, room.queue, room.bytes(most_shadow_rays));
+    return nb::make_tuple(room.lanes, room.packet, room.queue);
 }
 
 nb::dict render_planted_reading(SceneHandle& scene, Settings<float> settings, u32 seed, u32 samples,

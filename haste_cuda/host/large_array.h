@@ -14,9 +14,9 @@ namespace haste {
 
 /// An array in ordinary memory that may be large, contents undefined.
 ///
-/// Beyond 32 MiB the C library takes memory afresh from the system for each array, whose pages are
-/// made when they are first written. With usual pages that takes several times as long as what is
-/// written (docs/packets.md), so that it would be most of what a queue of rays costs.
+/// The C library takes memory for a large array afresh from the system, whose pages are made when
+/// they are first written. With usual pages that takes several times as long as what is written
+/// (docs/packets.md, Fresh memory).
 template <class T>
 class LargeArray {
     static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>,
@@ -26,7 +26,7 @@ public:
     LargeArray() = default;
 
     /// Room for `size` elements. Throws std::bad_alloc.
-    explicit LargeArray(std::size_t size) : size_(size) {
+    explicit LargeArray(std::size_t size) {
         constexpr std::size_t page = std::size_t(2) << 20;
         if (size == 0) return;
         if (size > (std::size_t(-1) - page) / sizeof(T)) throw std::bad_alloc();
@@ -40,7 +40,6 @@ public:
     }
 
     [[nodiscard]] T* data() const { return data_.get(); }
-    [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] std::span<T> front(std::size_t count) const { return {data_.get(), count}; }
 
 private:
@@ -49,7 +48,6 @@ private:
     };
 
     std::unique_ptr<T[], Free> data_;
-    std::size_t size_ = 0;
 };
 
 }  // namespace haste

@@ -82,11 +82,11 @@ EnginePass WavefrontEngine::run(const RenderParams& pass) {
     EnginePass result;
     u64 packets = 0;
     for (const Lane& lane : lanes) {
+        // The packet that was found to be empty; one more is behind it.
         const u64 last = (lane.launched - 2) % 2;
         result.seconds = std::max(result.seconds, seconds_between(start_, lane.looked[last]));
         result.peak_queue_bytes += lane.seen.data()[last].peak_bytes;
         packets += lane.seen.data()[last].packets;
-        // The empty packet behind the last.
         lane.stream.synchronize();
     }
     result.work = one_launch(result.seconds, packets);

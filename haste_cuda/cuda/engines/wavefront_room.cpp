@@ -36,9 +36,4 @@ WavefrontRoom WavefrontRoom::fit(const RayTree& tree, u64 bytes, u64 packet, u64
     return {lanes, size, queue};
 }
 
-u64 WavefrontRoom::bytes(u64 most_shadow_rays) const {
-    return lanes * (packet * WavefrontParams::packet_ray_bytes(most_shadow_rays) +
-                    queue * sizeof(Ray<float>));
-}
-
 }  // namespace haste::cuda

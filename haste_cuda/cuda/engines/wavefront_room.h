@@ -15,9 +15,6 @@ struct WavefrontRoom {
     /// where `bytes` do not hold the rays of one sample and what one ray takes.
     [[nodiscard]] static WavefrontRoom fit(const RayTree& tree, u64 bytes, u64 packet, u64 lanes,
                                            u64 most_shadow_rays);
-
-    /// What all lanes take.
-    [[nodiscard]] u64 bytes(u64 most_shadow_rays) const;
 };
 
 }  // namespace haste::cuda

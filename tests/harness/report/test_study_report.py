@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from fabricated_study import LAWS
 
+from harness.gate import check
 from harness.report.study import find_variants
 from harness.report.study_figures import bounds_of, plot_timeline
 from harness.report.study_tables import smallest_reaching
@@ -69,6 +70,17 @@ def test_a_run_of_the_study_alone_has_tables_a_report_and_a_machine(
     facts = dict(collect_facts(provenance, []))
     assert facts["processor"] in machines.values(), facts
     assert facts["started"] == "2026-11-23", facts
+
+
+def test_the_gate_says_that_a_run_of_the_study_alone_has_nothing_to_judge(
+    studied_results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    shutil.copytree(studied_results / "study", tmp_path / "study")
+    settings = json.loads((studied_results / "settings.json").read_text())
+    (tmp_path / "settings.json").write_text(json.dumps({**settings, "scenes": []}))
+    write_tables(tmp_path)
+    assert check(tmp_path) == 1
+    assert "the run has no images: there is nothing to judge" in capsys.readouterr().out
 
 
 def test_layers_grow_with_the_image_and_packets_do_not(folder: Path):
