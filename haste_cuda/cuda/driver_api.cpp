@@ -47,6 +47,8 @@ std::optional<std::string> find_entry_points(const SharedLibrary& library, Drive
     find("cuMemFree_v2", api.mem_free);
     find("cuMemHostAlloc", api.mem_host_alloc);
     find("cuMemFreeHost", api.mem_free_host);
+    find("cuMemHostRegister_v2", api.mem_host_register);
+    find("cuMemHostUnregister", api.mem_host_unregister);
     find("cuMemcpyHtoD_v2", api.memcpy_host_to_device);
     find("cuMemcpyDtoH_v2", api.memcpy_device_to_host);
     find("cuMemcpyHtoDAsync_v2", api.memcpy_host_to_device_async);

@@ -83,6 +83,8 @@ struct DriverApi {
     CUresult (*mem_free)(CUdeviceptr);
     CUresult (*mem_host_alloc)(void**, std::size_t bytes, unsigned flags);
     CUresult (*mem_free_host)(void*);
+    CUresult (*mem_host_register)(void*, std::size_t bytes, unsigned flags);
+    CUresult (*mem_host_unregister)(void*);
     CUresult (*memcpy_host_to_device)(CUdeviceptr, const void*, std::size_t bytes);
     CUresult (*memcpy_device_to_host)(void*, CUdeviceptr, std::size_t bytes);
     CUresult (*memcpy_host_to_device_async)(CUdeviceptr, const void*, std::size_t bytes, CUstream);

@@ -23,11 +23,14 @@ class LargeArray {
                   "nothing is constructed in it");
 
 public:
+    /// From so many bytes on an array begins at a page of this size, and ends with one.
+    static constexpr std::size_t large_bytes = std::size_t(2) << 20;
+
     LargeArray() = default;
 
     /// Room for `size` elements. Throws std::bad_alloc.
     explicit LargeArray(std::size_t size) {
-        constexpr std::size_t page = std::size_t(2) << 20;
+        constexpr std::size_t page = large_bytes;
         if (size == 0) return;
         if (size > (std::size_t(-1) - page) / sizeof(T)) throw std::bad_alloc();
         const std::size_t bytes = size * sizeof(T);
