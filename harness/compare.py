@@ -18,7 +18,7 @@ from harness.statistics.estimate import Estimate, combine, log_of
 from harness.statistics.intervals import Interval, student_quantile
 from harness.statistics.multiple import holm
 from harness.tables.lookup import Measurement, Measurements, find_measurements, read_measurements
-from harness.tables.provenance import machine_of
+from harness.tables.provenance import Provenance, commits_of, records_of
 from harness.tables.read import ResultsError
 from harness.tables.schema import parse_case
 from harness.whole_files import write_whole
@@ -218,16 +218,20 @@ def _number(found: Interval) -> str:
     return f"{found.value:.4g} [{found.lower:.4g}, {found.upper:.4g}]"
 
 
-def describe_run(folder: Path) -> str:
-    """One line on a run: its folder, name, commit and machine."""
-    provenance = read_json(folder / "provenance.json") or {}
-    machine = machine_of(provenance)
+def _machine(machine: Provenance) -> str:
     devices = [machine.get("processor"), *(gpu.get("name") for gpu in machine.get("gpus", []))]
+    return ", ".join(str(device) for device in devices if device)
+
+
+def describe_run(folder: Path) -> str:
+    """One line on a run: its folder, its name, and the commits and machines of all its parts."""
+    provenance = read_json(folder / "provenance.json") or {}
+    records = records_of(provenance)
+    machines = {_machine(one["machine"]) for one in records if "machine" in one}
     parts = [
         f"run {provenance.get('run', 'unnamed')}",
-        f"commit {str(provenance.get('commit', 'unknown'))[:12]}"
-        + (" with local changes" if provenance.get("dirty") else ""),
-        *(str(device) for device in devices if device),
+        f"commit {' and '.join(commits_of(provenance)) or 'unknown'}",
+        *sorted(machines),
     ]
     return f"{folder}: {', '.join(parts)}"
 

@@ -10,7 +10,7 @@ from harness.gate import Absent, Judgement
 from harness.report.numbers import significant
 from harness.statistics.bias import Verdict
 from harness.tables.lookup import Measurements
-from harness.tables.provenance import machine_of, records_of
+from harness.tables.provenance import commits_of, machine_of, records_of
 from harness.tables.read import SceneJob, model_order, tracer_order
 
 
@@ -85,12 +85,11 @@ def explain_gate(settings: GateSettings, judgements: list[Judgement]) -> str:
 def collect_facts(provenance: Mapping[str, Any], jobs: list[SceneJob]) -> list[tuple[str, str]]:
     """Key facts of the provenance, as far as they were recorded."""
     machine = machine_of(provenance)
-    commit = provenance.get("commit")
     begun = [str(one["started"]) for one in records_of(provenance) if "started" in one]
     packages = provenance.get("packages", {})
     facts = [
         ("run", str(provenance["run"])),
-        ("commit", f"{commit}{' with local changes' if provenance.get('dirty') else ''}"),
+        ("commit", " and ".join(commits_of(provenance))),
         ("started", min(begun, default="")),
         ("processor", str(machine.get("processor", ""))),
         ("cores", str(machine.get("usable_cores", machine.get("cores", "")))),

@@ -24,6 +24,17 @@ def machine_of(provenance: Provenance) -> Provenance:
     return next(machines, {})
 
 
+def commits_of(provenance: Provenance) -> list[str]:
+    """Every commit that a part of the run was measured at, and whether it was changed."""
+    return sorted(
+        {
+            str(one["commit"]) + (" with local changes" if one.get("dirty") else "")
+            for one in ({**provenance, **record} for record in records_of(provenance))
+            if one.get("commit")
+        }
+    )
+
+
 def merge_provenance(
     scenes: Mapping[str, Provenance], parts: Mapping[str, Mapping[str, Provenance]] | None = None
 ) -> dict[str, Any]:

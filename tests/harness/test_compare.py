@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from harness.bounds import GateSettings
-from harness.compare import compare, compare_runs, log_estimate
+from harness.compare import compare, compare_runs, describe_run, log_estimate
 from harness.statistics.intervals import Interval
 from harness.tables import write_tables
 from harness.tables.lookup import Measurement, Measurements
@@ -48,6 +48,16 @@ def test_noise_is_no_change(runs: tuple[Path, Path], capsys: pytest.CaptureFixtu
     assert code == 0, out
     assert "0 beyond noise" in out
     assert "0 lost, 0 new" in out
+
+
+def test_a_run_of_parts_is_described_by_all_their_commits_and_machines(tmp_path: Path):
+    study = {
+        "skull": {"commit": "a" * 40, "machine": {"processor": "P", "gpus": [{"name": "G"}]}},
+        "hard": {"commit": "b" * 40, "dirty": True, "machine": {"processor": "Q", "gpus": []}},
+    }
+    (tmp_path / "provenance.json").write_text(json.dumps({"run": "gpu", "study": study}))
+    commits = f"commit {'a' * 40} and {'b' * 40} with local changes"
+    assert describe_run(tmp_path) == f"{tmp_path}: run gpu, {commits}, P, G, Q"
 
 
 def test_a_brighter_image_is_named_and_nothing_else(
