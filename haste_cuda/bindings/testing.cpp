@@ -23,6 +23,7 @@
 #include "core/sampling/warp.h"
 #include "cpu/planted.h"
 #include "cuda/engines/wavefront_room.h"
+#include "engine/ray_queue.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -264,6 +265,42 @@ nb::object next_packet(const std::array<u32, 2>& tree, u64 capacity, u64 packet,
     return nb::make_tuple(plan.pending, plan.born, plan.lifo);
 }
 
+/// Rays in the order in which a queue gives them out, as rows of pixel, sample and node, and its
+/// peak in bytes. Every ray spawns all its children, up to the tree's generations.
+nb::object drain_ray_queue(const std::array<u32, 2>& tree, const std::array<u32, 3>& samples,
+                           u64 packet, u64 queue_bytes, bool lifo, u64 reserved) {
+    Camera<float> camera{};
+    camera.dx = {1, 0, 0};
+    camera.dy = {0, 1, 0};
+    camera.corner = {0, 0, 1};
+    camera.width = samples[0];
+    camera.height = samples[1];
+    Schedule schedule;
+    schedule.packet = u32(packet);
+    schedule.queue_bytes = queue_bytes;
+    schedule.order = lifo ? QueueOrder::lifo : QueueOrder::fifo;
+    RayQueue queue(camera, {0, samples[2], 0}, {tree[0], tree[1]}, schedule);
+    queue.reserve(reserved);
+    std::vector<Ray<float>> rays(packet);
+    std::vector<Ray<float>> children;
+    std::vector<u64> order;
+    while (const u64 size = queue.pop_packet(rays)) {
+        children.clear();
+        for (const Ray<float>& ray : std::span(rays).first(size)) {
+            order.insert(order.end(), {ray.pixel, ray.sample, ray.node});
+            if (u32(ray.layer) + 1 == tree[0]) continue;
+            for (u32 slot = 0; slot < tree[1]; ++slot) {
+                children.push_back(ray);
+                ++children.back().layer;
+                children.back().node = child_node(ray.node, slot);
+            }
+        }
+        queue.push(children);
+    }
+    const std::size_t count = order.size() / 3;
+    return nb::make_tuple(to_numpy(std::move(order), {count, 3}), queue.peak_bytes());
+}
+
 nb::object wavefront_room(const std::array<u32, 2>& tree, u64 bytes, u64 packet, u64 lanes,
                           u64 most_shadow_rays) {
     const auto room =
@@ -306,6 +343,8 @@ void bind_testing(nb::module_& parent) {
     module.def("lifo_need", &lifo_need, "generations"_a, "children"_a);
     module.def("next_packet", &next_packet, "tree"_a, "capacity"_a, "packet"_a, "pending"_a,
                "unborn"_a);
+    module.def("drain_ray_queue", &drain_ray_queue, "tree"_a, "samples"_a, "packet"_a,
+               "queue_bytes"_a, "lifo"_a, "reserved"_a = 0);
     module.def("wavefront_room", &wavefront_room, "tree"_a, "bytes"_a, "packet"_a, "lanes"_a,
                "most_shadow_rays"_a);
     module.def("render_planted", &render_planted_reading, "scene"_a, "settings"_a, nb::kw_only(),

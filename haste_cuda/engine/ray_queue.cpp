@@ -30,6 +30,11 @@ RayQueue::RayQueue(const Camera<float>& camera, const SampleRange& range, const 
       order_(schedule.order),
       unborn_(range.count(camera)) {}
 
+void RayQueue::reserve(u64 rays) {
+    if (std::min(rays, capacity_) > room_) grow(rays);
+    rays_.make_pages(room_);
+}
+
 u64 RayQueue::pop_packet(std::span<Ray<float>> packet) {
     const PacketPlan plan = admission_.next(size_, unborn_);
     const bool newest = plan.lifo || order_ == QueueOrder::lifo;

@@ -17,6 +17,9 @@ public:
     RayQueue(const Camera<float>& camera, const SampleRange& range, const RayTree& tree,
              const Schedule& schedule);
 
+    /// Makes room for so many rays, as far as the schedule's bytes allow, before they come.
+    void reserve(u64 rays);
+
     /// Fills the front of `packet`, which has room for the schedule's packet. Returns how many rays
     /// there are; 0 means that all is done, once the children of earlier packets were pushed.
     u64 pop_packet(std::span<Ray<float>> packet);

@@ -42,6 +42,14 @@ public:
         if (step == page) (void)madvise(data_.get(), whole, MADV_HUGEPAGE);
     }
 
+    /// Has the system make the pages of the first `count` elements now: who writes them later need
+    /// not wait for that. Their contents stay undefined.
+    void make_pages(std::size_t count) {
+        constexpr std::size_t least_page = 4096;
+        auto* const bytes = reinterpret_cast<volatile std::byte*>(data_.get());
+        for (std::size_t i = 0; i < count * sizeof(T); i += least_page) bytes[i] = std::byte{0};
+    }
+
     [[nodiscard]] T* data() const { return data_.get(); }
     [[nodiscard]] std::span<T> front(std::size_t count) const { return {data_.get(), count}; }
 

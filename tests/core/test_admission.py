@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+import numpy as np
 import pytest
 from haste_cuda._core import testing
 
@@ -86,3 +87,28 @@ def test_a_roomy_queue_gives_whole_packets_in_its_own_order() -> None:
 def test_a_queue_near_its_limit_admits_no_sample_and_takes_the_newest_rays() -> None:
     pending, born, newest = testing.next_packet((5, 2), 100, 64, 99, 1000)
     assert pending > 0 and born == 0 and newest
+
+
+SAMPLES = (8, 4, 40)
+"""Width, height, samples a pixel."""
+
+
+@pytest.mark.parametrize("lifo", [False, True], ids=["fifo", "lifo"])
+@pytest.mark.parametrize("limit", [None, 0.5], ids=["roomy", "throttled"])
+def test_every_ray_leaves_the_queue_once_and_room_made_beforehand_changes_nothing(
+    lifo: bool, limit: float | None
+) -> None:
+    """64 kB a thousand rays: some of these queues begin with a page of 2 MiB, others grow to it."""
+    tree, packet = (4, 3), 700
+    width, height, spp = SAMPLES
+    rays = width * height * spp * sum(3**generation for generation in range(4))
+    queue_bytes = int((limit or 100) * packet * 3 * testing.ray_bytes)
+    drained = [
+        testing.drain_ray_queue(tree, SAMPLES, packet, queue_bytes, lifo, reserved)
+        for reserved in (0, 1, 5000, 1 << 20)
+    ]
+    order, peak = drained[0]
+    assert len(order) == len(np.unique(order, axis=0)) == rays
+    assert 0 < peak <= queue_bytes
+    for other, other_peak in drained[1:]:
+        assert np.array_equal(other, order) and other_peak == peak, "room made beforehand is seen"

@@ -1,6 +1,6 @@
 #include "cuda/engines/packets.h"
 
-#include "engine/ray_queue.h"
+#include <algorithm>
 
 namespace haste::cuda {
 
@@ -16,9 +16,10 @@ PacketsEngine::PacketsEngine(const EngineRequest& request)
 }
 
 EnginePass PacketsEngine::run(const RenderParams& pass) {
+    RayQueue queue(pass.scene.camera, pass.range, request_.tree, request_.schedule);
+    prepare(pass.range.count(pass.scene.camera), queue);
     WorkLog log(request_.schedule.record_spans);
     ScheduleWork work;
-    RayQueue queue(pass.scene.camera, pass.range, request_.tree, request_.schedule);
     const bool per_packet = request_.schedule.allocation == Allocation::per_packet;
     for (;;) {
         const u64 size = log.time(WorkKind::pop, [&] {
@@ -48,6 +49,16 @@ EnginePass PacketsEngine::run(const RenderParams& pass) {
     request_.stream.synchronize();
     work.spans = log.take();
     return {log.seconds(), queue.peak_bytes(), std::move(work)};
+}
+
+void PacketsEngine::prepare(u64 camera_rays, RayQueue& queue) {
+    // Memory that is fresh takes longer to write than a packet to trace, and is no launch's cost.
+    const u64 children = request_.tree.children;
+    const u64 rays =
+        std::min<u64>(request_.schedule.packet, camera_rays * std::max<u64>(children, 1));
+    packet_.make_pages(rays);
+    children_.make_pages(rays * children);
+    queue.reserve(rays * (children + 1));
 }
 
 u64 PacketsEngine::trace(const RenderParams& pass, std::span<const Ray<float>> packet,

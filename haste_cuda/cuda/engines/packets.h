@@ -2,6 +2,7 @@
 
 #include "cuda/engines/engine.h"
 #include "cuda/kernels/packet_params.h"
+#include "engine/ray_queue.h"
 #include "host/large_array.h"
 
 namespace haste::cuda {
@@ -27,6 +28,8 @@ private:
         DeviceBuffer<u32> child_count;
     };
 
+    /// Makes the host's memory that a render of so many camera rays uses while nothing piles up.
+    void prepare(u64 camera_rays, RayQueue& queue);
     /// Traces a packet; its children are in `children_`, as many as it returns.
     u64 trace(const RenderParams& pass, std::span<const Ray<float>> packet, WorkLog& log);
 
