@@ -1,0 +1,144 @@
+"""Every engine on an emulated GPU: the host's half and the kernels' logic, where there is no GPU.
+
+A library plays NVRTC and has g++ compile the kernels, another one plays the driver and runs their
+threads one after another. Resident warps, which work together, are left to a GPU.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from stubs import run_python
+
+EMULATION = Path(__file__).parent / "emulation"
+PROGRAM = """
+import ctypes, json
+from dataclasses import replace
+from pathlib import Path
+import haste_cuda
+from haste_cuda import nvrtc
+from harness.scene import load_scene, load_settings
+from harness.tracers.haste import to_core, to_core_settings
+
+nvrtc.wheel_folders = lambda major: [Path({folder!r})]
+nvrtc.toolkit_folders = lambda major: []
+live = ctypes.CDLL("libcuda.so.1").emulated_live
+live.restype = ctypes.c_long
+folder = Path({scenes!r}) / {name!r}
+own = load_settings(folder).render({model!r}, 12, 12)
+settings = to_core_settings(replace(own, light_samples=2, ambient_samples=3))
+scene = to_core(load_scene(folder, width=12, height=12), 2)
+sampling = dict(seed=5, samples=6)
+found = []
+for schedule in json.loads({schedules!r}):
+    lives = []
+    for _ in range(2):
+        answer = haste_cuda.render_cuda(
+            scene, {model!r}, settings, traversal="bvh2", **sampling, **schedule
+        )
+        lives.append(live())
+    found.append((answer["film_sha256"], answer["peak_queue_bytes"], lives))
+film = haste_cuda.render_cpu(scene, {model!r}, settings, **sampling)["film_sha256"]
+print(json.dumps([film, found]))
+"""
+
+Schedule = dict[str, Any]
+
+SCHEDULES: list[Schedule] = [
+    {"engine": "depth_first"},
+    {"engine": "persistent"},
+    *(
+        {"engine": "packets", "packet": packet, "order": order, "allocation": allocation, **limit}
+        for packet, limit in ((64, {"queue_bytes": 1 << 15}), (512, {}), (1 << 17, {}))
+        for order in ("fifo", "lifo")
+        for allocation in ("per_packet", "once")
+    ),
+    *(
+        {"engine": "streams", "packet": packet, "order": order, "streams": streams}
+        for packet in (64, 1 << 15)
+        for order in ("fifo", "lifo")
+        for streams in (1, 3)
+    ),
+    *({"engine": "layers", "packet": packet} for packet in (64, 4096)),
+    *(
+        {"engine": "wavefront", "packet": packet, "streams": streams, **limit}
+        for packet, limit in ((64, {}), (512, {"queue_bytes": 1 << 18}), (4096, {}))
+        for streams in (1, 3)
+    ),
+]
+"""Small packets and large ones, roomy queues and short ones, arrays below and above 2 MiB."""
+
+
+@pytest.fixture(scope="module")
+def emulation(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of libraries that play CUDA."""
+    folder = tmp_path_factory.mktemp("emulation")
+    for source, library in (("driver.cpp", "libcuda.so.1"), ("nvrtc.cpp", "libnvrtc.so.13")):
+        command = ["g++", "-std=c++20", "-O1", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror"]
+        command += ["-o", str(folder / library), str(EMULATION / source), "-ldl"]
+        subprocess.run(command, check=True)
+    return folder
+
+
+Render = Callable[[str, str, list[Schedule]], tuple[str, list["Emulated"]]]
+
+
+class Emulated(NamedTuple):
+    """What one schedule has left."""
+
+    film: str
+    peak: float
+    lives: tuple[int, int]
+    """things of the driver's after a first and a second render"""
+
+
+@pytest.fixture
+def render(emulation: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Render:
+    """The film of the processor, and what each schedule of a scene in a model has left."""
+    monkeypatch.setenv("HASTE_CACHE", str(tmp_path))
+    monkeypatch.setenv("EMULATION_FOLDER", str(tmp_path))
+    monkeypatch.setenv("EMULATION_HEADER", str(EMULATION / "emulated_cuda.h"))
+
+    def one(name: str, model: str, schedules: list[Schedule]) -> tuple[str, list[Emulated]]:
+        program = PROGRAM.format(
+            folder=str(emulation),
+            scenes=str(Path(__file__).parents[2] / "scenes"),
+            name=name,
+            model=model,
+            schedules=json.dumps(schedules),
+        )
+        film, found = json.loads(run_python(program, emulation).splitlines()[-1])
+        return film, [Emulated(*row) for row in found]
+
+    return one
+
+
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [("three-spheres", "haste"), ("mirror-glass", "whitted"), ("mirror-glass", "path")],
+)
+def test_every_engine_gives_the_processors_film_and_all_its_memory_back(
+    render: Render, name: str, model: str
+):
+    film, found = render(name, model, SCHEDULES)
+    for schedule, left in zip(SCHEDULES, found, strict=True):
+        assert left.film == film, f"another film than the processor's with {schedule}"
+        assert left.peak <= schedule.get("queue_bytes", 1 << 40), f"{left.peak} with {schedule}"
+        assert left.lives[0] == left.lives[1], f"{left.lives} things live with {schedule}"
+
+
+def test_a_lost_block_of_threads_is_another_film(render: Render, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("EMULATION_FAULT", "lost block")
+    film, (left,) = render("three-spheres", "haste", [{"engine": "packets", "packet": 512}])
+    assert left.film != film
+
+
+def test_memory_that_is_not_given_back_is_seen(render: Render, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("EMULATION_FAULT", "lost memory")
+    _, (left,) = render("three-spheres", "haste", [{"engine": "packets", "packet": 512}])
+    assert left.lives[0] < left.lives[1]
