@@ -33,7 +33,8 @@ folder = Path({scenes!r}) / {name!r}
 own = load_settings(folder).render({model!r}, 12, 12)
 settings = to_core_settings(replace(own, light_samples=2, ambient_samples=3))
 scene = to_core(load_scene(folder, width=12, height=12), 2)
-sampling = dict(seed=5, samples=6)
+sampling = dict(seed=5, samples=6, count_rays={counted})
+rays = ("camera", "shadow", "ambient", "bounce") if {counted} else ()
 found = []
 for schedule in json.loads({schedules!r}):
     lives = []
@@ -42,9 +43,11 @@ for schedule in json.loads({schedules!r}):
             scene, {model!r}, settings, traversal="bvh2", **sampling, **schedule
         )
         lives.append(live())
-    found.append((answer["film_sha256"], answer["peak_queue_bytes"], lives))
-film = haste_cuda.render_cpu(scene, {model!r}, settings, **sampling)["film_sha256"]
-print(json.dumps([film, found]))
+    counts = [answer[kind] for kind in rays]
+    found.append((answer["film_sha256"], counts, answer["peak_queue_bytes"], lives))
+answer = haste_cuda.render_cpu(scene, {model!r}, settings, **sampling)
+counts = [answer[kind] for kind in rays]
+print(json.dumps([(answer["film_sha256"], counts, answer["peak_queue_bytes"], (0, 0)), *found]))
 """
 
 Schedule = dict[str, Any]
@@ -85,35 +88,42 @@ def emulation(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-Render = Callable[[str, str, list[Schedule]], tuple[str, list["Emulated"]]]
+Render = Callable[..., tuple["Left", list["Left"]]]
 
 
-class Emulated(NamedTuple):
-    """What one schedule has left."""
+class Left(NamedTuple):
+    """What a render has left."""
 
     film: str
+    counts: list[int]
+    """camera, shadow, ambient and bounce rays, where they were counted"""
     peak: float
+    """most bytes in the queue"""
     lives: tuple[int, int]
     """things of the driver's after a first and a second render"""
 
 
 @pytest.fixture
 def render(emulation: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Render:
-    """The film of the processor, and what each schedule of a scene in a model has left."""
+    """What the processor leaves of a scene in a model, and what each schedule does."""
     monkeypatch.setenv("HASTE_CACHE", str(tmp_path))
     monkeypatch.setenv("EMULATION_FOLDER", str(tmp_path))
     monkeypatch.setenv("EMULATION_HEADER", str(EMULATION / "emulated_cuda.h"))
 
-    def one(name: str, model: str, schedules: list[Schedule]) -> tuple[str, list[Emulated]]:
+    def one(
+        name: str, model: str, schedules: list[Schedule], *, counted: bool = False
+    ) -> tuple[Left, list[Left]]:
         program = PROGRAM.format(
             folder=str(emulation),
             scenes=str(Path(__file__).parents[2] / "scenes"),
             name=name,
             model=model,
             schedules=json.dumps(schedules),
+            counted=counted,
         )
-        film, found = json.loads(run_python(program, emulation).splitlines()[-1])
-        return film, [Emulated(*row) for row in found]
+        rows = json.loads(run_python(program, emulation).splitlines()[-1])
+        processor, *found = (Left(*row) for row in rows)
+        return processor, found
 
     return one
 
@@ -125,17 +135,26 @@ def render(emulation: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_every_engine_gives_the_processors_film_and_all_its_memory_back(
     render: Render, name: str, model: str
 ):
-    film, found = render(name, model, SCHEDULES)
+    processor, found = render(name, model, SCHEDULES)
     for schedule, left in zip(SCHEDULES, found, strict=True):
-        assert left.film == film, f"another film than the processor's with {schedule}"
+        assert left.film == processor.film, f"another film than the processor's with {schedule}"
         assert left.peak <= schedule.get("queue_bytes", 1 << 40), f"{left.peak} with {schedule}"
         assert left.lives[0] == left.lives[1], f"{left.lives} things live with {schedule}"
 
 
+def test_every_engine_counts_the_rays_of_the_processor(render: Render):
+    engines = ("depth_first", "persistent", "packets", "streams", "layers", "wavefront")
+    schedules: list[Schedule] = [{"engine": engine} for engine in engines]
+    processor, found = render("three-spheres", "haste", schedules, counted=True)
+    assert min(processor.counts) > 0
+    counts = {engine: left.counts for engine, left in zip(engines, found, strict=True)}
+    assert all(count == processor.counts for count in counts.values()), f"{counts}"
+
+
 def test_a_lost_block_of_threads_is_another_film(render: Render, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("EMULATION_FAULT", "lost block")
-    film, (left,) = render("three-spheres", "haste", [{"engine": "packets", "packet": 512}])
-    assert left.film != film
+    processor, (left,) = render("three-spheres", "haste", [{"engine": "packets", "packet": 512}])
+    assert left.film != processor.film
 
 
 def test_memory_that_is_not_given_back_is_seen(render: Render, monkeypatch: pytest.MonkeyPatch):
