@@ -16,17 +16,19 @@ import pytest
 from stubs import run_python
 
 EMULATION = Path(__file__).parent / "emulation"
-PROGRAM = """
-import ctypes, json
-from dataclasses import replace
+COMPILER = """
 from pathlib import Path
 import haste_cuda
 from haste_cuda import nvrtc
+nvrtc.wheel_folders = lambda major: [Path({folder!r})]
+nvrtc.toolkit_folders = lambda major: []
+"""
+PROGRAM = """
+import ctypes, json
+from dataclasses import replace
 from harness.scene import load_scene, load_settings
 from harness.tracers.haste import to_core, to_core_settings
 
-nvrtc.wheel_folders = lambda major: [Path({folder!r})]
-nvrtc.toolkit_folders = lambda major: []
 live = ctypes.CDLL("libcuda.so.1").emulated_live
 live.restype = ctypes.c_long
 folder = Path({scenes!r}) / {name!r}
@@ -77,6 +79,48 @@ SCHEDULES: list[Schedule] = [
 """Small packets and large ones, roomy queues and short ones, arrays below and above 2 MiB."""
 
 
+# A floor of little more or little less light than a pass of 4,096 samples may bring: what the
+# lamp adds by itself to every sample's ambient term decides.
+BRIM = """
+import numpy as np
+for diffuse in (0.0, 0.9):
+    settings = haste_cuda.Settings(max_layers=1, ambient=(1, 1, 1))
+    square = np.array([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], np.float32)
+    lamp = np.array([[-1, -1, 8], [1, -1, 8], [0, 1, 8]], np.float32)
+    scene = haste_cuda.Scene(
+        vertices=np.concatenate([square, lamp]),
+        normals=np.zeros((7, 3), np.float32),
+        triangles=np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]], np.uint32),
+        triangle_shape=np.array([0, 0, 1], np.uint32),
+        spheres=np.zeros((0, 4), np.float32),
+        sphere_shape=np.zeros(0, np.uint32),
+        shapes=[
+            haste_cuda.Shape(kind="mesh", material=0, first=0, count=2),
+            haste_cuda.Shape(kind="mesh", material=1, light=0, first=2, count=1),
+        ],
+        materials=[
+            haste_cuda.Material(ambient=(2047.9,) * 3, diffuse=(diffuse,) * 3),
+            haste_cuda.Material(),
+        ],
+        lights=[(1, (1.0, 1.0, 1.0))],
+        camera=haste_cuda.Camera(
+            origin=(0, 0, 5), corner=(-1, 1, -1), dx=(1, 0, 0), dy=(0, -1, 0), near=0.01,
+            width=2, height=2,
+        ),
+    )
+    for engine in {engines!r}:
+        try:
+            answer = haste_cuda.render_cuda(
+                scene, "whitted", settings, seed=1, samples=4096, engine=engine, traversal="bvh2"
+            )
+        except haste_cuda.FilmOverflow as refusal:
+            print(diffuse, engine, refusal)
+        else:
+            print(diffuse, engine, "fits")
+"""
+ENGINES = ("depth_first", "persistent", "packets", "streams", "layers", "wavefront")
+
+
 @pytest.fixture(scope="module")
 def emulation(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of libraries that play CUDA."""
@@ -104,24 +148,32 @@ class Left(NamedTuple):
 
 
 @pytest.fixture
-def render(emulation: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Render:
-    """What the processor leaves of a scene in a model, and what each schedule does."""
+def run(
+    emulation: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str], list[str]]:
+    """Lines that Python prints on a machine with the emulated GPU."""
     monkeypatch.setenv("HASTE_CACHE", str(tmp_path))
     monkeypatch.setenv("EMULATION_FOLDER", str(tmp_path))
     monkeypatch.setenv("EMULATION_HEADER", str(EMULATION / "emulated_cuda.h"))
+    compiler = COMPILER.format(folder=str(emulation))
+    return lambda program: run_python(compiler + program, emulation).splitlines()
+
+
+@pytest.fixture
+def render(run: Callable[[str], list[str]]) -> Render:
+    """What the processor leaves of a scene in a model, and what each schedule does."""
 
     def one(
         name: str, model: str, schedules: list[Schedule], *, counted: bool = False
     ) -> tuple[Left, list[Left]]:
         program = PROGRAM.format(
-            folder=str(emulation),
             scenes=str(Path(__file__).parents[2] / "scenes"),
             name=name,
             model=model,
             schedules=json.dumps(schedules),
             counted=counted,
         )
-        rows = json.loads(run_python(program, emulation).splitlines()[-1])
+        rows = json.loads(run(program)[-1])
         processor, *found = (Left(*row) for row in rows)
         return processor, found
 
@@ -143,12 +195,21 @@ def test_every_engine_gives_the_processors_film_and_all_its_memory_back(
 
 
 def test_every_engine_counts_the_rays_of_the_processor(render: Render):
-    engines = ("depth_first", "persistent", "packets", "streams", "layers", "wavefront")
-    schedules: list[Schedule] = [{"engine": engine} for engine in engines]
+    schedules: list[Schedule] = [{"engine": engine} for engine in ENGINES]
     processor, found = render("three-spheres", "haste", schedules, counted=True)
     assert min(processor.counts) > 0
-    counts = {engine: left.counts for engine, left in zip(engines, found, strict=True)}
+    counts = {engine: left.counts for engine, left in zip(ENGINES, found, strict=True)}
     assert all(count == processor.counts for count in counts.values()), f"{counts}"
+
+
+def test_a_sum_that_leaves_the_films_range_is_refused_by_every_engine(
+    run: Callable[[str], list[str]],
+):
+    lines = run(BRIM.format(engines=ENGINES))
+    fits = [f"0.0 {engine} fits" for engine in ENGINES]
+    assert lines[: len(ENGINES)] == fits
+    for engine, line in zip(ENGINES, lines[len(ENGINES) :], strict=True):
+        assert line.startswith(f"0.9 {engine} the film overflows at pixel (0, 0)"), line
 
 
 def test_a_lost_block_of_threads_is_another_film(render: Render, monkeypatch: pytest.MonkeyPatch):
