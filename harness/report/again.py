@@ -54,21 +54,33 @@ def _study(config: Mapping[str, Any], *, wanted: bool, scene: str, model: str) -
     }
 
 
+def _stability(table: str, config: Mapping[str, Any], scene: str) -> dict[str, Any]:
+    """The jobs of stability that a row is of, or none."""
+    meshes = config.get("scenes", [])
+    modes = config.get("modes", {}).get("scenes", [])
+    return {
+        "scenes": _chosen(meshes, scene) if table == "cracks" else [],
+        "modes": {"scenes": _chosen(modes, scene) if table == "precisions" else []},
+        "suites": ["surfaces"] if table == "surfaces" else [],
+    }
+
+
 def _changes(table: str, config: Mapping[str, Any], scene: str, model: str) -> dict[str, Any]:
     """Settings under which no more is rendered than a row needs."""
     asked = config.get("scenes", [])
     asked = [asked] if isinstance(asked, str) else asked
     known = dict(zip(scene_names(asked), asked, strict=True))
     changes: dict[str, Any] = {"results_dir": FOLDER}
-    if scene in known:
+    if table in OF_RAYS | OF_STUDY | OF_FEATURES | OF_STABILITY:
+        changes["scenes"] = []
+    elif scene in known:
         changes["scenes"] = [known[scene]]
-    elif table in OF_RAYS | OF_STUDY | OF_FEATURES | OF_STABILITY and asked:
-        # A run renders at least one scene.
-        changes["scenes"] = asked[:1]
     # Every table of scenes has ratios, or ways to the picture of `path`.
     if model in MODELS and table not in OF_RAYS | OF_FEATURES | OF_STABILITY:
         changes["models"] = list(dict.fromkeys(["path", model]))
-    if "rays" in config:
+    # This one joins what the others of its page say.
+    trade = table == "stability_trade"
+    if "rays" in config and not trade:
         wanted = config["rays"].get("scenes", [])
         changes["rays"] = {"scenes": _chosen(wanted, scene) if table in OF_RAYS else []}
     if "features" in config:
@@ -78,13 +90,8 @@ def _changes(table: str, config: Mapping[str, Any], scene: str, model: str) -> d
         changes["study"] = _study(
             config["study"], wanted=table in OF_STUDY, scene=scene, model=model
         )
-    if "stability" in config:
-        meshes = config["stability"].get("scenes", [])
-        modes = config["stability"].get("modes", {}).get("scenes", [])
-        changes["stability"] = {
-            "scenes": _chosen(meshes, scene) if table == "cracks" else [],
-            "modes": {"scenes": _chosen(modes, scene) if table == "precisions" else []},
-        }
+    if "stability" in config and not trade:
+        changes["stability"] = _stability(table, config["stability"], scene)
     return changes
 
 

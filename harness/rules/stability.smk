@@ -12,8 +12,7 @@ rule stability:
     input:
         expand(f"{RESULTS}/stability/{{scene}}/stability.json", scene=STABILITY_FILES),
         expand(f"{RESULTS}/stability/modes/{{scene}}.json", scene=MODE_FILES),
-        f"{RESULTS}/stability/surfaces.json",
-        f"{RESULTS}/stability/sweeps.json",
+        [f"{RESULTS}/stability/{job}.json" for job in SETTINGS["stability"]["suites"]],
     message:
         "Stability: {input}"
 

@@ -79,8 +79,8 @@ class SurfacesJob:
 
 
 def read_surfaces_job(results_dir: Path) -> SurfacesJob | None:
-    """Read it; None where the run's settings have no such section. Raises ResultsError."""
-    if "surfaces" not in section_of_run(results_dir, "stability"):
+    """Read it; None where the run's settings ask for none. Raises ResultsError."""
+    if "surfaces" not in section_of_run(results_dir, "stability").get("suites", []):
         return None
     return SurfacesJob(read_json(results_dir / "stability" / "surfaces.json"))
 

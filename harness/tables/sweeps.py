@@ -27,8 +27,8 @@ class SweepsJob:
 
 
 def read_sweeps_job(results_dir: Path) -> SweepsJob | None:
-    """Read it; None where the run's settings have no such section. Raises ResultsError."""
-    if "sweeps" not in section_of_run(results_dir, "stability"):
+    """Read it; None where the run's settings ask for none. Raises ResultsError."""
+    if "sweeps" not in section_of_run(results_dir, "stability").get("suites", []):
         return None
     return SweepsJob(read_json(results_dir / "stability" / "sweeps.json"))
 

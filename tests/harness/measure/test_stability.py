@@ -92,6 +92,7 @@ def make(make_config: Any, tmp_path: Path) -> Callable[..., Config]:
             "seed": 3,
             "most": {},
             "modes": {"scenes": [], "resolution": [16, 16], "images": 2},
+            "suites": ["surfaces", "sweeps"],
             "surfaces": {"scales": [1.0], "eyes": [1.0], "gaps": [1e-5], "images": 1},
             "sweeps": {"values": {}, "images": 2, "most_samples": {}},
         }

@@ -156,6 +156,23 @@ def test_a_command_of_the_miniature_renders_its_scene_and_nothing_beside():
     assert done.returncode == 0, said
     assert "hard: ground truth" in said and "skull" not in said, said
     assert "the same rays" not in said and "engine" not in said, said
+    assert "Rays that leave surfaces" not in said and "at their extremes" not in said, said
+
+
+@pytest.mark.parametrize("table", ["cracks", "precisions", "surfaces", "stability_trade", "rays"])
+def test_a_command_of_another_benchmark_renders_no_scene_and_its_own_jobs_alone(table: str):
+    config = yaml.safe_load(DEFAULT_PRESET.read_text())
+    command = command_of(table, {"run": "quick", "config": config})
+    changes = dict(map(split_setting, shlex.split(command)[3:]))
+    again = check_config(merge(config, {k: yaml.safe_load(v) for k, v in changes.items()}))
+    every = table == "stability_trade"
+    stability = again["stability"]
+    assert again["scenes"] == [], command
+    assert (again["rays"]["scenes"] != []) == (every or table == "rays"), command
+    assert (stability["scenes"] != []) == (every or table == "cracks"), command
+    assert (stability["modes"]["scenes"] != []) == (every or table == "precisions"), command
+    suites = {"surfaces": ["surfaces"], "stability_trade": ["surfaces", "sweeps"]}
+    assert stability["suites"] == suites.get(table, []), command
 
 
 def test_a_page_holds_no_more_images_than_it_may_and_none_larger(
