@@ -123,8 +123,9 @@ int cuMemAlloc_v2(unsigned long long* address, std::size_t bytes) {
     const std::size_t size = (guard + bytes + guard + 255) / 256 * 256;
     auto* const whole = static_cast<char*>(std::aligned_alloc(256, size));
     if (whole == nullptr) return 2;
-    // What nobody has written is no number.
     std::memset(whole, guard_byte, size);
+    // What nobody has written is no number, and no small count.
+    std::memset(whole + guard, 0xff, bytes);
     live().device[whole + guard] = bytes;
     *address = reinterpret_cast<unsigned long long>(whole + guard);
     return 0;

@@ -5,15 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
 
 #define __device__
-#define __host__
 #define __global__
 #define __shared__
-#define __forceinline__ inline
-#define __noinline__ __attribute__((noinline))
 #define __grid_constant__
 #define __launch_bounds__(...)
 
@@ -22,14 +17,8 @@ struct Index3 {
 };
 inline thread_local Index3 threadIdx, blockIdx, blockDim, gridDim;
 
-struct uint2 {
-    unsigned x, y;
-};
 struct alignas(16) uint4 {
     unsigned x, y, z, w;
-};
-struct float2 {
-    float x, y;
 };
 struct alignas(16) float4 {
     float x, y, z, w;
@@ -48,7 +37,6 @@ inline unsigned __ballot_sync(unsigned, int predicate) { return predicate ? __ac
 inline void __syncwarp(unsigned = ~0u) {}
 inline int __popc(unsigned x) { return __builtin_popcount(x); }
 inline int __ffs(int x) { return __builtin_ffs(x); }
-inline int __clz(int x) { return x ? __builtin_clz(unsigned(x)) : 32; }
 inline std::size_t __cvta_generic_to_shared(const void*) { return 0; }
 template <class T>
 T __ldg(const T* from) {
