@@ -23,6 +23,7 @@
 #include "core/sampling/warp.h"
 #include "cpu/planted.h"
 #include "cuda/engines/wavefront_room.h"
+#include "cuda/kernels/wavefront_params.h"
 #include "engine/ray_queue.h"
 
 namespace nb = nanobind;
@@ -308,6 +309,52 @@ nb::object wavefront_room(const std::array<u32, 2>& tree, u64 bytes, u64 packet,
     return nb::make_tuple(room.lanes, room.packet, room.queue);
 }
 
+/// Rays in the order in which the queue of `wavefront` gives them out, by their node; the most that
+/// were in it, with the packet; and how many were copied into gaps. Of a hundred rays above the
+/// last generation so many as `fertile` spawn all their children, the others none.
+nb::object drain_wavefront_queue(const std::array<u32, 2>& tree, u64 capacity, u64 packet,
+                                 u64 samples, u32 fertile) {
+    struct Waiting {
+        u64 node;
+        u32 generation;
+    };
+    const Admission admission({tree[0], tree[1]}, capacity, packet);
+    const u32 size = u32(capacity + packet);
+    std::vector<Waiting> ring(size);
+    const auto at = [&](u32 place) -> Waiting& {
+        return ring.at(place < size ? place : place - size);
+    };
+    std::vector<u64> order;
+    u64 peak = 0;
+    u64 moved = 0;
+    WavefrontState state{};
+    for (;;) {
+        plan_packet(state, admission, samples, size);
+        if (state.done) break;
+        for (u32 i = state.pending; i < state.packet; ++i) {
+            const u64 sample = state.next_camera_ray - (state.packet - i);
+            at(state.packet_start + i) = {child_node(root_node, u32(sample)), 0};
+        }
+        for (u32 i = 0; i < state.packet; ++i) {
+            const Waiting ray = at(state.packet_start + i);
+            order.push_back(ray.node);
+            if (ray.generation + 1 == tree[0] || ray.node % 100 >= fertile) continue;
+            for (u32 slot = 0; slot < tree[1]; ++slot) {
+                at(state.child_start + state.children++) = {child_node(ray.node, slot),
+                                                            ray.generation + 1};
+            }
+        }
+        peak = std::max<u64>(peak, u64(state.rest) + state.packet + state.children);
+        const u32 filled = std::min(state.gap, state.children);
+        for (u32 i = 0; i < filled; ++i) {
+            at(state.packet_start + i) = at(state.child_start + (state.children - filled) + i);
+        }
+        moved += filled;
+    }
+    const std::size_t count = order.size();
+    return nb::make_tuple(to_numpy(std::move(order), {count}), peak, moved);
+}
+
 nb::dict render_planted_reading(SceneHandle& scene, Settings<float> settings, u32 seed, u32 samples,
                                 const std::string& reading, int threads) {
     settings.seed = seed;
@@ -345,6 +392,8 @@ void bind_testing(nb::module_& parent) {
                "unborn"_a);
     module.def("drain_ray_queue", &drain_ray_queue, "tree"_a, "samples"_a, "packet"_a,
                "queue_bytes"_a, "lifo"_a, "reserved"_a = 0);
+    module.def("drain_wavefront_queue", &drain_wavefront_queue, "tree"_a, "capacity"_a, "packet"_a,
+               "samples"_a, "fertile"_a);
     module.def("wavefront_room", &wavefront_room, "tree"_a, "bytes"_a, "packet"_a, "lanes"_a,
                "most_shadow_rays"_a);
     module.def("render_planted", &render_planted_reading, "scene"_a, "settings"_a, nb::kw_only(),

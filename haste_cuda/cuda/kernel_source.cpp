@@ -65,7 +65,6 @@ constexpr std::array kernels{
     KernelEntry{"wavefront_generate", "wavefront.cuh", "haste::WavefrontParams"},
     KernelEntry{"wavefront_closest_hit", "wavefront.cuh", "haste::WavefrontParams", true},
     KernelEntry{"wavefront_shade", "wavefront.cuh", "haste::WavefrontParams"},
-    KernelEntry{"wavefront_close_gap", "wavefront.cuh", "haste::WavefrontParams"},
     KernelEntry{"wavefront_any_hit", "wavefront.cuh", "haste::WavefrontParams", true},
     KernelEntry{"persistent", "persistent.cuh", "haste::PersistentParams"},
 };

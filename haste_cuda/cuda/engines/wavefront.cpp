@@ -41,8 +41,7 @@ WavefrontEngine::WavefrontEngine(const EngineRequest& request)
       plan_(kernel("wavefront_plan")),
       closest_hit_(kernel("wavefront_closest_hit")),
       steps_{step("wavefront_generate"), tracing_step("wavefront_closest_hit"),
-             step("wavefront_shade"), step("wavefront_close_gap"),
-             tracing_step("wavefront_any_hit")},
+             step("wavefront_shade"), tracing_step("wavefront_any_hit")},
       room_(WavefrontRoom::fit(request.tree, request.schedule.queue_bytes, request.schedule.packet,
                                request.schedule.streams, request.most_shadow_rays)) {
     for (u64 i = 0; i < room_.lanes; ++i) lanes_.emplace_back(room_, request.most_shadow_rays);

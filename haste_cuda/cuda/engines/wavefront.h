@@ -11,7 +11,7 @@
 namespace haste::cuda {
 
 /// The queue in device memory, and a kernel for each step of a packet: plan, generate, closest hit,
-/// shade, close the gap, any hit. Kernels read how much there is to do from the device's own
+/// shade, any hit. Kernels read how much there is to do from the device's own
 /// counters, so the host puts steps into a stream without knowing any count; one flag, read behind
 /// the work, tells it when to stop.
 ///

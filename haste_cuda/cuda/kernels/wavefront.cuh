@@ -32,25 +32,7 @@ __device__ void wavefront_plan(const WavefrontParams& parameters) {
                       u64(state.packet) * sizeof(Hit<float>) +
                       u64(state.shadows) * ShadowList::ray_bytes;
     if (bytes > state.peak_bytes) state.peak_bytes = bytes;
-    if (state.rest == 0) state.first = state.child_start;
-    const u32 waiting = state.rest + state.children;
-    const PacketPlan plan =
-        parameters.admission.next(waiting, parameters.camera_rays - state.next_camera_ray);
-    const auto wrapped = [&](u32 place) {
-        return place < parameters.queue_size ? place : place - parameters.queue_size;
-    };
-    state.next_camera_ray += plan.born;
-    state.rest = waiting - u32(plan.pending);
-    state.packet_start = wrapped(state.first + state.rest);
-    state.pending = u32(plan.pending);
-    state.packet = u32(plan.size());
-    state.child_start = wrapped(state.packet_start + state.packet);
-    state.children = 0;
-    state.shadows = 0;
-    state.next_ray = 0;
-    state.next_shadow = 0;
-    state.done = plan.size() == 0;
-    if (!state.done) ++state.packets;
+    plan_packet(state, parameters.admission, parameters.camera_rays, parameters.queue_size);
 }
 
 /// Step 2: makes the camera rays.
@@ -151,16 +133,19 @@ __device__ void wavefront_shade(const WavefrontParams& parameters) {
     if constexpr (C::count) add_counts(render.rays, rays);
 }
 
-/// Step 5: where older rays wait, the youngest children close the gap above them.
-template <class C>
-__device__ void wavefront_close_gap(const WavefrontParams& parameters) {
+/// Where the packet was above older rays, the youngest children close the gap. Apart from the
+/// kernel, whose registers it would take.
+__device__ __noinline__ void close_gap(const WavefrontParams& parameters) {
     const WavefrontState& state = *parameters.state;
-    if (state.rest == 0) return;
-    const u32 moved = min(state.packet, state.children);
+    const u32 moved = min(state.gap, state.children);
     const u32 from = state.child_start + (state.children - moved);
+    constexpr u32 words = sizeof(Ray<float>) / sizeof(uint4);
     const GridLoop grid;
-    for (u32 i = grid.first; i < moved; i += grid.step) {
-        parameters.ray(state.packet_start + i) = load_words(parameters.ray(from + i));
+    for (u32 i = grid.first; i < words * moved; i += grid.step) {
+        const auto word = [&](u32 place) {
+            return reinterpret_cast<uint4*>(&parameters.ray(place + i / words)) + i % words;
+        };
+        *word(state.packet_start) = *word(from);
     }
 }
 
@@ -201,9 +186,11 @@ struct AnyHitTask {
     }
 };
 
-/// Step 6: what no shadow ray finds blocked reaches the film.
+/// Step 5: what no shadow ray finds blocked reaches the film. Queues have no gap but near their
+/// limit, and a kernel of its own for that would cost every packet a launch.
 template <class C>
 __device__ void wavefront_any_hit(const WavefrontParams& parameters) {
+    close_gap(parameters);
     const RenderParams& render = parameters.render;
     const GridLoop grid;
     const u32 shadows = parameters.state->shadows;

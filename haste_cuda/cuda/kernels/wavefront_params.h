@@ -18,6 +18,7 @@ struct WavefrontState {
     u32 pending;       ///< of them, those that were waiting; camera rays follow
     u32 packet;        ///< rays of the packet
     u32 child_start;   ///< place of the packet's children
+    u32 gap;           ///< places that the packet leaves between older rays and its children
     u32 packets;       ///< that were not empty
     u32 done;          ///< 1: no ray waits and none is to be made
 
@@ -27,11 +28,35 @@ struct WavefrontState {
     alignas(128) u32 next_shadow;  ///< the same of its shadow rays
 };
 
-/// One queue of rays, last in, first out, and the packet that is being worked on. Each kernel does
-/// one step of a packet.
+/// Decides what the next packet is made of, once the one before has been worked on.
 ///
-/// The queue is a ring. A packet is traced where it waited, with camera rays behind it, and its
-/// children follow; where older rays wait below, the gap that it leaves is closed.
+/// The queue is a ring of `queue_size` places. A packet is traced where it waited, and its children
+/// follow behind all that waits; camera rays are made behind it where no other rays are. It is of
+/// the oldest rays, for the newest leave a gap below their children; near the queue's limit they
+/// are taken nevertheless (see `Admission`), and the gap is closed.
+HASTE_HD inline void plan_packet(WavefrontState& state, const Admission& admission, u64 camera_rays,
+                                 u32 queue_size) {
+    const auto wrapped = [&](u32 place) { return place < queue_size ? place : place - queue_size; };
+    if (state.rest == 0) state.first = state.child_start;
+    const u32 waiting = state.rest + state.children;
+    const PacketPlan plan = admission.next(waiting, camera_rays - state.next_camera_ray);
+    state.next_camera_ray += plan.born;
+    state.pending = u32(plan.pending);
+    state.packet = u32(plan.size());
+    state.rest = waiting - state.pending;
+    state.packet_start = wrapped(state.first + (plan.lifo ? state.rest : 0));
+    state.child_start = wrapped(state.first + waiting + u32(plan.born));
+    state.gap = plan.lifo && state.rest > 0 ? state.pending : 0;
+    if (!plan.lifo) state.first = wrapped(state.first + state.pending);
+    state.children = 0;
+    state.shadows = 0;
+    state.next_ray = 0;
+    state.next_shadow = 0;
+    state.done = plan.size() == 0;
+    if (!state.done) ++state.packets;
+}
+
+/// One queue of rays and the packet that is being worked on. Each kernel does one step of a packet.
 struct WavefrontParams {
     RenderParams render;
     Admission admission;

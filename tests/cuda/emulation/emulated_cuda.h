@@ -9,6 +9,7 @@
 #define __device__
 #define __global__
 #define __shared__
+#define __noinline__ __attribute__((noinline))
 #define __grid_constant__
 #define __launch_bounds__(...)
 
