@@ -21,7 +21,7 @@ public:
     }
 
     [[nodiscard]] FilmTarget target() const {
-        return {format_, sums_.data(), values_.data(), faults_.data()};
+        return {format_, sums_.data(), values_.data(), faults_.data(), 0};
     }
     [[nodiscard]] RayCounts* rays() const { return rays_.data(); }
 

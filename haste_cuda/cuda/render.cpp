@@ -44,6 +44,23 @@ u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 light
     }
 }
 
+/// Adds to a sum of the film that are less need not look at it: see `FilmTarget`.
+u64 looks_from(const Schedule& schedule, const RayTree& tree, u64 shadow_rays, u32 samples) {
+    constexpr u64 most = u64(FilmSum::max_sum);
+    const auto times = [](u64 a, u64 b) { return b != 0 && a > most / b ? most : a * b; };
+    u64 adds = 1;  // one a sample where a thread walks its whole tree
+    if (schedule.engine != EngineKind::depth_first && schedule.engine != EngineKind::persistent) {
+        u64 rays = 0;
+        u64 generation = 1;
+        for (u32 i = 0; i < tree.generations && rays < most / 2; ++i) {
+            rays = std::min(most / 2, rays + generation);
+            generation = std::min(most / 4, times(generation, tree.children));
+        }
+        adds = schedule.engine == EngineKind::wavefront ? times(rays, 1 + shadow_rays) : rays;
+    }
+    return most / times(adds, samples);
+}
+
 KernelSpecification specification_of(const HostScene& host, ModelKind model,
                                      const Settings<float>& settings, const Schedule& schedule,
                                      TraversalKind traversal) {
@@ -85,14 +102,15 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
 
     const double built_before = state_->kernels.build_seconds();
     const KernelSpecification kernel = specification_of(host, model, settings, schedule, traversal);
-    const std::unique_ptr<Engine> engine = make_engine(
-        {.device = state_->device,
-         .kernels = state_->kernels,
-         .stream = state_->stream,
-         .kernel = kernel,
-         .schedule = schedule,
-         .tree = ray_tree(model, settings, kernel.features),
-         .most_shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count)});
+    const RayTree tree = ray_tree(model, settings, kernel.features);
+    const u64 shadow_rays = most_shadow_rays(model, settings, pass.scene.light_count);
+    const std::unique_ptr<Engine> engine = make_engine({.device = state_->device,
+                                                        .kernels = state_->kernels,
+                                                        .stream = state_->stream,
+                                                        .kernel = kernel,
+                                                        .schedule = schedule,
+                                                        .tree = tree,
+                                                        .most_shadow_rays = shadow_rays});
     output.compile_seconds = state_->kernels.build_seconds() - built_before;
     output.compile_cached = engine->main_kernel().cached();
     output.registers = engine->main_kernel().attributes().registers;
@@ -101,6 +119,7 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     PassFolder folder(pass.film.format, camera.width, camera.height, std::move(weights));
     for (u32 first = 0; first < samples; first += schedule.pass_samples) {
         pass.range = {first, std::min(schedule.pass_samples, samples - first), settings.seed};
+        pass.film.looks_from = looks_from(schedule, tree, shadow_rays, pass.range.samples);
         film.clear(state_->stream);
         state_->stream.synchronize();
         const EnginePass done = engine->run(pass);

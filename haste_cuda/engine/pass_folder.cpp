@@ -1,5 +1,6 @@
 #include "engine/pass_folder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -32,8 +33,13 @@ PassFolder::PassFolder(const FixedPoint& format, u32 width, u32 height, std::vec
 PassFolder::~PassFolder() = default;
 
 void PassFolder::fold(const PassFilm& film) {
-    if (film.faults.overflow_pixel != FilmFaults{}.overflow_pixel) {
-        const u32 pixel = film.faults.overflow_pixel;
+    u32 pixel = film.faults.overflow_pixel;
+    // What adds of the GPU have not looked at shows as a sum that is negative.
+    const u64 pixels = u64(state_->width) * state_->height;
+    for (std::size_t i = 0; i < film.sums.size(); ++i) {
+        if (film.sums[i] < 0) pixel = std::min(pixel, u32(i / 3 % pixels));
+    }
+    if (pixel != FilmFaults{}.overflow_pixel) {
         throw FilmOverflow("the film overflows at pixel (" + std::to_string(pixel % state_->width) +
                            ", " + std::to_string(pixel / state_->width) +
                            "): its sum left the range of 2^" +

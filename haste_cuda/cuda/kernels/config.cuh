@@ -40,14 +40,28 @@ __device__ T claim(T* counter) {
     return __shfl_sync(asking, first, leader) + T(__popc(asking & lanes_below()));
 }
 
-/// Adds to the film. The sum before the add tells whether it overflowed; the film is refused then,
-/// so the wrapped sum is never read.
+/// An atomic add whose answer is not waited for. The compiler would have it wait beside one that
+/// is.
+__device__ inline void add_unasked(u64* target, u64 value) {
+#if defined(__CUDA_ARCH__)
+    asm volatile("red.global.add.u64 [%0], %1;" : : "l"(target), "l"(value) : "memory");
+#else
+    atomicAdd(target, value);
+#endif
+}
+
+/// Adds to the film. An add that does not ask for the sum before it is not waited for; those that
+/// must ask are few (`FilmTarget::looks_from`).
 __device__ inline void add_to_film(const FilmTarget& film, u64 place, u32 pixel, FilmSum sum) {
     for (int c = 0; c < 3; ++c) {
         if (sum.channel[c] == 0) continue;
         auto* target = reinterpret_cast<u64*>(film.sums + 3 * place + c);
-        const i64 before = i64(atomicAdd(target, u64(sum.channel[c])));
-        if (before > FilmSum::max_sum - sum.channel[c]) sum.overflow = true;
+        const u64 units = u64(sum.channel[c]);
+        if (units < film.looks_from) {
+            add_unasked(target, units);
+        } else if (atomicAdd(target, units) > u64(FilmSum::max_sum) - units) {
+            sum.overflow = true;
+        }
     }
     if (sum.non_finite) atomicAdd(&film.faults->non_finite, u64(sum.non_finite));
     if (sum.overflow) atomicMin(&film.faults->overflow_pixel, pixel);

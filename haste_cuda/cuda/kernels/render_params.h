@@ -14,6 +14,9 @@ struct FilmTarget {
     i64* sums;
     float* values;
     FilmFaults* faults;  ///< one
+    /// All adds to a sum that are less come to no more than half of its range, so that one bit at
+    /// the end tells whether it overflowed: only larger ones have to look at the sum.
+    u64 looks_from;
 };
 
 /// What every kernel is given: read by the host that fills it and the device that runs it. All
