@@ -19,7 +19,8 @@ MODELS = frozenset({"path", "haste", "whitted"})
 SETTINGS = frozenset({"max_depth", "rr_depth", "light_samples", "ambient_samples"})
 """Render settings that a single image may have otherwise."""
 IMAGE_TRAVERSALS = ("bvh2", "bvh8")
-"""Of images of small and of large scenes: haste_cuda/engine/schedule.cpp, `image_traversal`."""
+"""Hierarchies of images of small and of large scenes: haste_cuda/engine/schedule.cpp,
+`image_traversal`."""
 EXTENSION_MISSING = (
     "the compiled extension haste_cuda._core cannot be imported ({reason}); "
     "`./bench setup` builds it"

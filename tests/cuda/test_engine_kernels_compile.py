@@ -36,12 +36,13 @@ class Program:
     film: str = "int64"
     count_rays: bool = False
     layered: bool = False
+    traversal: str = "bvh8"
 
     def compile(self, core: ModuleType) -> dict[str, Any]:
         stack = STACK if self.kernel in WITH_A_STACK and self.model != "path" else 1
         return core.compile_kernel(
             *(self.kernel, self.model, self.precision, self.features, stack),
-            *(self.film, self.layered, self.count_rays),
+            *(self.film, self.layered, self.count_rays, self.traversal),
             architecture=self.architecture,
             use_cache=False,
         )
@@ -65,6 +66,7 @@ AXES: dict[str, list[Any]] = {
     "architecture": [75, 80, 90, 100],
     "film": _core.kernel_films(),
     "count_rays": [False, True],
+    "traversal": _core.traversals(),
     **{f"feature {bit}": [False, True] for bit in range(BITS)},
 }
 
