@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from core_meshes import mesh_scene
+
 from haste_cuda import _core
 
 PRIVATE_STACKS = ("depth_first", "persistent")

@@ -40,7 +40,7 @@ def test_every_ray_is_traced_once_whatever_the_room_and_the_packet(
 @pytest.mark.parametrize("tree", TREES, ids=str)
 def test_nothing_is_copied_where_there_is_room(tree: tuple[int, int]):
     """Of all children of two packets and more samples than fit one."""
-    generations, children = tree
+    _, children = tree
     packet = 64
     capacity = 4 * packet * max(2, children) * testing.lifo_need(*tree)
     _, _, moved = testing.drain_wavefront_queue(tree, capacity, packet, 300, 100)
