@@ -15,6 +15,7 @@ from harness.report.material import Material, read_material
 from harness.report.sections import SECTIONS
 from harness.report.sections.section import Section
 from harness.report.tables import Table
+from harness.tables.read import section_of_run
 from harness.whole_files import write_whole, written_whole
 
 HERE = Path(__file__).resolve().parent
@@ -84,7 +85,10 @@ def write_report(results_dir: Path, baseline: Path | None = None) -> Path:
     figures = FigureFiles(results_dir / "figures", material.captions["figure"])
     sections, content = make_content(material, figures)
     tables = [value for value in content.values() if isinstance(value, Table)]
-    again = {table.name: commands_of(table, provenance) for table in tables}
+    # Parts of a run may have been measured with settings that differ; these are the run's own.
+    settings = section_of_run(results_dir) or provenance.get("config", {})
+    of_run = {**provenance, "config": settings}
+    again = {table.name: commands_of(table, of_run) for table in tables}
     for table in tables:
         write_csv(results_dir / "tables", table, again[table.name])
     shared = {

@@ -58,8 +58,10 @@ def test_a_run_of_the_study_alone_has_tables_a_report_and_a_machine(
     machines = {"haste": "Intel", "whitted": "AMD"}
     for model, processor in machines.items():
         path = alone / "study" / "mirror-glass" / model / "provenance.json"
+        provenance = json.loads(path.read_text())
+        study = {**provenance["config"]["study"], "joules_seconds": len(model)}
         more = {"machine": {"processor": processor}, "started": f"2026-11-2{len(processor)}"}
-        path.write_text(json.dumps(json.loads(path.read_text()) | more))
+        path.write_text(json.dumps({**provenance, **more, "config": {"study": study}}))
     write_tables(alone)
     page = write_report(alone).read_text()
     found = re.findall(r'<section id="([\w-]+)"', page)
@@ -70,6 +72,10 @@ def test_a_run_of_the_study_alone_has_tables_a_report_and_a_machine(
     facts = dict(collect_facts(provenance, []))
     assert facts["processor"] in machines.values(), facts
     assert facts["started"] == "2026-11-23", facts
+    # Nor are their settings; a row's command is of the row's panel all the same.
+    assert "config" not in provenance
+    for row in pd.read_csv(alone / "tables" / "launch_laws.csv").itertuples():
+        assert f"'study={{panels: {{mirror-glass: [{row.model}]}}" in row.command, row.command
 
 
 def test_the_gate_says_that_a_run_of_the_study_alone_has_nothing_to_judge(
