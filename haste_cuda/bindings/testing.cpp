@@ -259,6 +259,8 @@ nb::object lifo_need(u32 generations, u32 children) {
     return nb::int_(RayTree{generations, children}.lifo_need());
 }
 
+u64 most_rays(const std::array<u32, 2>& tree) { return RayTree{tree[0], tree[1]}.most_rays(); }
+
 nb::object next_packet(const std::array<u32, 2>& tree, u64 capacity, u64 packet, u64 pending,
                        u64 unborn) {
     const Admission admission({tree[0], tree[1]}, capacity, packet);
@@ -388,6 +390,7 @@ void bind_testing(nb::module_& parent) {
     module.def("bsdf_evaluate", &bsdf_evaluate, "material"_a, "view"_a, "directions"_a);
     module.def("bvh8_nodes", &bvh8_nodes, "scene"_a);
     module.def("lifo_need", &lifo_need, "generations"_a, "children"_a);
+    module.def("most_rays", &most_rays, "tree"_a);
     module.def("next_packet", &next_packet, "tree"_a, "capacity"_a, "packet"_a, "pending"_a,
                "unborn"_a);
     module.def("drain_ray_queue", &drain_ray_queue, "tree"_a, "samples"_a, "packet"_a,

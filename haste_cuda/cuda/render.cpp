@@ -44,21 +44,20 @@ u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 light
     }
 }
 
-/// Adds to a sum of the film that are less need not look at it: see `FilmTarget`.
-u64 looks_from(const Schedule& schedule, const RayTree& tree, u64 shadow_rays, u32 samples) {
-    constexpr u64 most = u64(FilmSum::max_sum);
-    const auto times = [](u64 a, u64 b) { return b != 0 && a > most / b ? most : a * b; };
-    u64 adds = 1;  // one a sample where a thread walks its whole tree
-    if (schedule.engine != EngineKind::depth_first && schedule.engine != EngineKind::persistent) {
-        u64 rays = 0;
-        u64 generation = 1;
-        for (u32 i = 0; i < tree.generations && rays < most / 2; ++i) {
-            rays = std::min(most / 2, rays + generation);
-            generation = std::min(most / 4, times(generation, tree.children));
-        }
-        adds = schedule.engine == EngineKind::wavefront ? times(rays, 1 + shadow_rays) : rays;
+/// `FilmTarget::unchecked_below` of a pass of so many samples: its range over the most adds that
+/// one sum may get.
+u64 unchecked_below(EngineKind engine, const RayTree& tree, u64 shadow_rays, u32 samples) {
+    const u64 a_sample = u64(FilmSum::max_sum) / samples;
+    switch (engine) {
+        case EngineKind::depth_first:
+        case EngineKind::persistent:
+            // A thread walks the whole tree before it adds.
+            return a_sample;
+        case EngineKind::wavefront:
+            return a_sample / tree.most_rays() / (1 + shadow_rays);
+        default:
+            return a_sample / tree.most_rays();
     }
-    return most / times(adds, samples);
 }
 
 KernelSpecification specification_of(const HostScene& host, ModelKind model,
@@ -119,7 +118,8 @@ CudaOutput Renderer::render(const HostScene& host, std::shared_ptr<Scene>& scene
     PassFolder folder(pass.film.format, camera.width, camera.height, std::move(weights));
     for (u32 first = 0; first < samples; first += schedule.pass_samples) {
         pass.range = {first, std::min(schedule.pass_samples, samples - first), settings.seed};
-        pass.film.looks_from = looks_from(schedule, tree, shadow_rays, pass.range.samples);
+        pass.film.unchecked_below =
+            unchecked_below(schedule.engine, tree, shadow_rays, pass.range.samples);
         film.clear(state_->stream);
         state_->stream.synchronize();
         const EnginePass done = engine->run(pass);

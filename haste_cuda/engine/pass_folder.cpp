@@ -34,7 +34,7 @@ PassFolder::~PassFolder() = default;
 
 void PassFolder::fold(const PassFilm& film) {
     u32 pixel = film.faults.overflow_pixel;
-    // What adds of the GPU have not looked at shows as a sum that is negative.
+    // An overflow that no add of the GPU has checked for shows as a negative sum.
     const u64 pixels = u64(state_->width) * state_->height;
     for (std::size_t i = 0; i < film.sums.size(); ++i) {
         if (film.sums[i] < 0) pixel = std::min(pixel, u32(i / 3 % pixels));

@@ -58,7 +58,7 @@ void check_queue(const RayTree& tree, const Schedule& schedule) {
 }  // namespace
 
 TraversalKind image_traversal(EngineKind engine, u64 primitives) {
-    // So few primitives are tested sooner than a hierarchy is walked.
+    // So few primitives are tested sooner than a hierarchy is walked (docs/performance.md, Images).
     constexpr u64 tiny_scene = 8;
     if (primitives <= tiny_scene) return TraversalKind::brute_force;
     // Kernels that have all of an image in them are at the limit of their registers already, and

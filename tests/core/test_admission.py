@@ -89,6 +89,20 @@ def test_a_queue_near_its_limit_admits_no_sample_and_takes_the_newest_rays() -> 
     assert pending > 0 and born == 0 and newest
 
 
+@pytest.mark.parametrize("tree", TREES, ids=str)
+def test_a_samples_rays_are_those_of_all_its_generations(tree: tuple[int, int]) -> None:
+    generations, children = tree
+    rays = sum(children**generation for generation in range(generations))
+    assert testing.most_rays(tree) == rays, f"{generations} generations of {children} children"
+
+
+@pytest.mark.parametrize("tree", [(63, 2), (64, 2), (65535, 65535), (2, 2**32 - 1)], ids=str)
+def test_more_rays_than_a_number_holds_are_the_most(tree: tuple[int, int]) -> None:
+    generations, children = tree
+    rays = sum(children**generation for generation in range(min(generations, 70)))
+    assert testing.most_rays(tree) == min(rays, 2**62), f"{generations} of {children}"
+
+
 SAMPLES = (8, 4, 40)
 """Width, height, samples a pixel."""
 
@@ -101,7 +115,7 @@ def test_every_ray_leaves_the_queue_once_and_room_made_beforehand_changes_nothin
     """64 kB a thousand rays: some of these queues begin with a page of 2 MiB, others grow to it."""
     tree, packet = (4, 3), 700
     width, height, spp = SAMPLES
-    rays = width * height * spp * sum(3**generation for generation in range(4))
+    rays = width * height * spp * testing.most_rays(tree)
     queue_bytes = int((limit or 100) * packet * 3 * testing.ray_bytes)
     drained = [
         testing.drain_ray_queue(tree, SAMPLES, packet, queue_bytes, lifo, reserved)

@@ -14,8 +14,7 @@ TREES = [(1, 1), (8, 1), (2, 3), (3, 2), (4, 3), (7, 2), (3, 9)]
 
 def expected(tree: tuple[int, int], samples: int, fertile: int) -> np.ndarray:
     """Every ray's node, sorted, from a queue that is larger than all of them, one packet each."""
-    generations, children = tree
-    rays = samples * sum(children**generation for generation in range(generations))
+    rays = samples * testing.most_rays(tree)
     order, _, _ = testing.drain_wavefront_queue(tree, 2 * rays + 8, rays, samples, fertile)
     return np.sort(order)
 
@@ -39,7 +38,7 @@ def test_every_ray_is_traced_once_whatever_the_room_and_the_packet(
 
 @pytest.mark.parametrize("tree", TREES, ids=str)
 def test_nothing_is_copied_where_there_is_room(tree: tuple[int, int]):
-    """Of all children of two packets and more samples than fit one."""
+    """Room for all that two packets spawn, and more samples than one packet holds."""
     _, children = tree
     packet = 64
     capacity = 4 * packet * max(2, children) * testing.lifo_need(*tree)
@@ -51,4 +50,4 @@ def test_gaps_are_closed_where_room_is_short():
     """Without this the tests above would say nothing of the newest rays."""
     tree = (4, 3)
     _, _, moved = testing.drain_wavefront_queue(tree, testing.lifo_need(*tree) + 12, 4, 40, 100)
-    assert moved > 0
+    assert moved > 0, f"no ray was copied in room for {testing.lifo_need(*tree) + 12}"

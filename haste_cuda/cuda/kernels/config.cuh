@@ -40,25 +40,25 @@ __device__ T claim(T* counter) {
     return __shfl_sync(asking, first, leader) + T(__popc(asking & lanes_below()));
 }
 
-/// An atomic add whose answer is not waited for. The compiler would have it wait beside one that
-/// is.
-__device__ inline void add_unasked(u64* target, u64 value) {
+/// An atomic add that returns nothing, so that nothing waits for it: `red`. Of a plain atomicAdd
+/// beside one whose result is used the compiler makes an `atom`, which is waited for.
+__device__ inline void reduce_add(u64* target, u64 value) {
 #if defined(__CUDA_ARCH__)
     asm volatile("red.global.add.u64 [%0], %1;" : : "l"(target), "l"(value) : "memory");
 #else
-    atomicAdd(target, value);
+    atomicAdd(target, value);  // kernels that g++ compiles for the emulated GPU
 #endif
 }
 
-/// Adds to the film. An add that does not ask for the sum before it is not waited for; those that
-/// must ask are few (`FilmTarget::looks_from`).
+/// Adds to the film. Few adds are so large that they check the sum for overflow
+/// (`FilmTarget::unchecked_below`).
 __device__ inline void add_to_film(const FilmTarget& film, u64 place, u32 pixel, FilmSum sum) {
     for (int c = 0; c < 3; ++c) {
         if (sum.channel[c] == 0) continue;
         auto* target = reinterpret_cast<u64*>(film.sums + 3 * place + c);
         const u64 units = u64(sum.channel[c]);
-        if (units < film.looks_from) {
-            add_unasked(target, units);
+        if (units < film.unchecked_below) {
+            reduce_add(target, units);
         } else if (atomicAdd(target, units) > u64(FilmSum::max_sum) - units) {
             sum.overflow = true;
         }

@@ -14,9 +14,10 @@ struct FilmTarget {
     i64* sums;
     float* values;
     FilmFaults* faults;  ///< one
-    /// All adds to a sum that are less come to no more than half of its range, so that one bit at
-    /// the end tells whether it overflowed: only larger ones have to look at the sum.
-    u64 looks_from;
+    /// Units below which an add does not check the sum for overflow. All such adds of a pass come
+    /// to less than 2^63, as does what larger ones were allowed to make of the sum, so that it
+    /// cannot wrap around 2^64: its sign tells an overflow when the pass is done.
+    u64 unchecked_below;
 };
 
 /// What every kernel is given: read by the host that fills it and the device that runs it. All
