@@ -18,8 +18,8 @@ from harness.tracers.rays import NONE, Held, Query, RayHits, Rays, Structure, Vi
 MODELS = frozenset({"path", "haste", "whitted"})
 SETTINGS = frozenset({"max_depth", "rr_depth", "light_samples", "ambient_samples"})
 """Render settings that a single image may have otherwise."""
-IMAGE_TRAVERSALS = ("bvh2", "bvh8")
-"""Hierarchies of images of small and of large scenes: haste_cuda/engine/schedule.cpp,
+IMAGE_HIERARCHIES = ("bvh2", "bvh8")
+"""Of small and of large scenes: haste_cuda/engine/schedule.cpp,
 `image_traversal`."""
 EXTENSION_MISSING = (
     "the compiled extension haste_cuda._core cannot be imported ({reason}); "
@@ -221,7 +221,7 @@ class _HasteTracer(Tracer):
         if cls.unavailable() is not None:
             return super().ways()
         names = traversals()
-        fast = (Way(name, "fast") for name in names if name in IMAGE_TRAVERSALS)
+        fast = (Way(name, "fast") for name in names if name in IMAGE_HIERARCHIES)
         return (*(Way(name, cls.precision) for name in names), *fast)
 
     def structure(self, way: Way) -> Structure | None:
