@@ -44,8 +44,8 @@ u64 most_shadow_rays(ModelKind model, const Settings<float>& settings, u32 light
     }
 }
 
-/// `FilmTarget::unchecked_below` of a pass of so many samples: its range over the most adds that
-/// one sum may get.
+/// `FilmTarget::unchecked_below` of a pass of so many samples: the range of a sum over the most
+/// adds that it may get.
 u64 unchecked_below(EngineKind engine, const RayTree& tree, u64 shadow_rays, u32 samples) {
     const u64 a_sample = u64(FilmSum::max_sum) / samples;
     switch (engine) {
